@@ -1,9 +1,10 @@
 """The material of a MaterialX document: OpenPBR, Standard Surface, glTF PBR or UsdPreviewSurface with image nodes.
 
 Inputs of the surface are followed through node graphs, normal maps, channels, factors and inversions to a value or to
-an image. What goes through another node takes the default of the surface, which is said, as is what is not drawn. f0 is
-((ior − 1) / (ior + 1))² times the weight of the highlight. A file without a colour space of its own has that of the
-elements around it (MaterialX 1.39, "Color Spaces"); it counts for colours alone. y of normals is up. Entities
+an image. What goes through another node takes the default of the surface, which is said, as is what is not drawn, and
+inputs that have another value than their default and are not read. f0 is ((ior − 1) / (ior + 1))² times the weight of
+the highlight. A value or file without a colour space of its own has that of the elements around it (MaterialX 1.39,
+"Color Spaces"), and is linear Rec.709 where none has one; it counts for colours alone. y of normals is up. Entities
 are refused, and nothing outside the folder of the document is read.
 """
 
@@ -11,16 +12,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
+from types import MappingProxyType
 from typing import Literal
 from xml.etree import ElementTree
 
+import numpy as np
+
 from engine.brdf.brdf import brdf_to_text
 from engine.core.errors import InputError
+from engine.exchange.readers.colour_spaces import SPACES
 from engine.exchange.readers.layers import WEIGHTS, gltf_values, has_layers, layers_of, openpbr_values, standard_values
 from engine.exchange.readers.textures import Channel, Described, Image, Input
-from engine.images.decode import TransferChoice
 from engine.storage.untrusted import AGAIN
 
 _DEEPEST = 40
@@ -34,6 +38,8 @@ class Surface:
 
     `weights` are factors on the map of their key; `unseen` are inputs that are not drawn unless they are 0. `scattered`
     are weight and colour of light that is scattered below the surface, `passing` is the weight of what goes through.
+    `ignored` are inputs that are not read with the values at which nothing is lost; None for details of what the weight
+    of a part decides, of which the loss of the part tells.
     """
 
     base_colour: tuple[str, tuple[float, ...]]
@@ -46,6 +52,11 @@ class Surface:
     unseen: tuple[str, ...] = ()
     scattered: tuple[str, str] = ("", "")
     passing: str = ""
+    ignored: Mapping[str, str | None] = field(default_factory=dict)
+
+
+def _ignored(details: str, **values: str) -> Mapping[str, str | None]:
+    return MappingProxyType({**dict.fromkeys(details.split()), **values})
 
 
 #: Surfaces that are read, in the order in which one of several is chosen: the nearest to PBR maps first.
@@ -60,6 +71,11 @@ SURFACES = {
         "occlusion",
         ("emissive",),
         passing="transmission",
+        ignored=_ignored(
+            "emissive_strength thickness attenuation_distance attenuation_color dispersion alpha_cutoff",
+            alpha="1",
+            alpha_mode="0",
+        ),
     ),
     "open_pbr_surface": Surface(
         ("base_color", (0.8, 0.8, 0.8)),
@@ -72,6 +88,13 @@ SURFACES = {
         ("emission_luminance",),
         ("subsurface_weight", "subsurface_color"),
         "transmission_weight",
+        _ignored(
+            "emission_color transmission_color transmission_depth transmission_scatter transmission_scatter_anisotropy "
+            "transmission_dispersion_scale transmission_dispersion_abbe_number subsurface_color subsurface_radius "
+            "subsurface_radius_scale subsurface_scatter_anisotropy",
+            geometry_opacity="1",
+            geometry_thin_walled="false",
+        ),
     ),
     "standard_surface": Surface(
         ("base_color", (0.8, 0.8, 0.8)),
@@ -84,6 +107,17 @@ SURFACES = {
         ("emission",),
         ("subsurface", "subsurface_color"),
         "transmission",
+        _ignored(
+            "emission_color transmission_color transmission_depth transmission_scatter transmission_scatter_anisotropy "
+            "transmission_dispersion transmission_extra_roughness subsurface_color subsurface_radius "
+            "subsurface_scale subsurface_anisotropy",
+            opacity="1,1,1",
+            thin_walled="false",
+            coat_anisotropy="0",
+            coat_rotation="0",
+            coat_affect_color="0",
+            coat_affect_roughness="0",
+        ),
     ),
     "UsdPreviewSurface": Surface(
         ("diffuseColor", (0.18, 0.18, 0.18)),
@@ -94,6 +128,14 @@ SURFACES = {
         {},
         "occlusion",
         ("emissiveColor",),
+        ignored=_ignored(
+            "specularColor",
+            useSpecularWorkflow="0",
+            opacity="1",
+            opacityMode="0",
+            opacityThreshold="0",
+            displacement="0",
+        ),
     ),
 }
 
@@ -112,14 +154,6 @@ _GLTF_LAYERS = {
 _IMAGES = ("image", "tiledimage", "gltf_image", "gltf_colorimage", "UsdUVTexture", "hextiledimage", "hextilednormalmap")
 _THROUGH = ("normalmap", "gltf_normalmap", "convert", "dot", "output")
 _CHANNELS = {"r": 0, "x": 0, "g": 1, "y": 1, "b": 2, "z": 2}
-_SRGB = ("srgb_texture", "srgb", "srgb_rec709_scene", "srgb_tx")
-
-#: Working spaces by the names that documents give them.
-_WIDE = {
-    **dict.fromkeys(("acescg", "lin_ap1", "lin_ap1_scene"), "acescg"),
-    **dict.fromkeys(("lin_rec2020", "lin_rec2020_scene"), "rec2020"),
-}
-_LINEAR = ("lin_rec709", "lin_srgb", "linear", "raw", "none", "scene-linear rec.709-srgb", "lin_rec709_scene")
 
 
 def materialx_of(content: bytes, path: Path) -> Described:
@@ -151,6 +185,7 @@ class _Document:
         self.path, self.root = path, root
         self.parents = {child: parent for parent in root.iter() for child in parent}
         self.notes: list[str] = []
+        self.read: set[str] = set()
 
     def describe(self, shader: Element, shaders: list[Element]) -> Described:
         surface = SURFACES[shader.tag]
@@ -167,11 +202,16 @@ class _Document:
             f0 = _times(f0, factor) if name == "f0" else f0
         normal = self._input(shader, surface.normal, (0.0, 0.0, 1.0))
         occlusion = self._input(shader, surface.occlusion, (1.0,)) if surface.occlusion else Input()
+        constant = {surface.normal: (normal, (0.0, 0.0, 1.0)), surface.occlusion: (occlusion, (1.0,))}
+        passed = [name for name, (each, usual) in constant.items() if name and not each.image and each.factor != usual]
+        if passed:
+            self.notes.append(f"a constant {' and '.join(passed)} is passed over")
         unseen = [name for name in surface.unseen if self._is_given(shader, name)]
         if unseen:
             self.notes.append(f"{' and '.join(unseen)} is not drawn")
         base = self._scatter_below(shader, surface, base)
         layers, widened = self._layers(shader, roughness)
+        self._say_what_is_ignored(shader, surface)
         return Described(
             self._name(shader),
             base_colour=base,
@@ -185,6 +225,19 @@ class _Document:
             notes=tuple(self.notes),
             layers=layers,
         )
+
+    def _say_what_is_ignored(self, shader: Element, surface: Surface) -> None:
+        """Name the inputs that are given, are not read, and would be seen."""
+        ignored = []
+        for given in shader:
+            name = given.get("name", "")
+            if given.tag != "input" or name in self.read:
+                continue
+            usual = surface.ignored.get(name, "")
+            if usual is not None and (given.get("value") is None or not _is_same(given.get("value", ""), usual)):
+                ignored.append(name[:40])
+        if ignored:
+            self.notes.append(f"{', '.join(ignored)} {'are' if len(ignored) > 1 else 'is'} not drawn")
 
     def _scatter_below(self, shader: Element, surface: Surface, base: Input) -> Input:
         """The base colour with what is scattered below the surface, and without what goes through it."""
@@ -243,6 +296,7 @@ class _Document:
         return shader.get("name", "material")[:60]
 
     def _is_given(self, shader: Element, name: str) -> bool:
+        self.read.add(name)
         given = _child(shader, name)
         if given is None:
             return False
@@ -257,6 +311,7 @@ class _Document:
 
     def _input(self, owner: Element, name: str, usual: tuple[float, ...], *, colour: bool = False) -> Input:
         """The value or the image of an input, its default where nothing or nothing known is given."""
+        self.read.add(name)
         given = _child(owner, name)
         found = None if given is None else self._has_followed(given, colour, 0)
         if found is None:
@@ -274,7 +329,8 @@ class _Document:
         if depth > _DEEPEST:
             raise InputError(self.path, "has nodes that lead to each other without end", AGAIN)
         if given.get("value") is not None and given.get("nodename") is None and given.get("nodegraph") is None:
-            return Input(self._numbers(given.get("value", "")))
+            values = self._numbers(given.get("value", ""))
+            return Input(self._to_rec709(values, given) if colour and len(values) in (3, 4) else values)
         source = self._source(given)
         if source is None:
             return None
@@ -354,20 +410,37 @@ class _Document:
             self.notes.append("the repeats of textures are passed over")
         named = "".join(each.get("fileprefix", "") for each in self._around(file)) + file.get("value", "")
         named = named.replace("\\", "/")
-        space = next((each.get("colorspace", "") for each in [file, *self._around(file)] if each.get("colorspace")), "")
-        transfer: TransferChoice = "linear"
-        wide = _WIDE.get(space.lower(), "") if colour else ""
-        if colour and not wide:
-            transfer = "auto" if not space else "linear" if space.lower() in _LINEAR else "srgb"
-            if transfer == "srgb" and space.lower() not in _SRGB:
-                self.notes.append(f"the colour space {space[:40]!r} is taken as sRGB")
+        if "<UDIM>" in named:
+            problem = f"names a set of UDIM tiles ({PurePosixPath(named).name[:40]!r}), of which one is read at a time"
+            raise InputError(self.path, problem, "Put the number of a tile, 1001 say, in the place of <UDIM>")
+        space = self._space(file) if colour else ""
+        if colour and not space:
+            shown = PurePosixPath(named).name[:60]
+            self.notes.append(f"{shown} states no colour space, and is taken as linear Rec.709")
         asked = (given.get("output") or "")[-1:] if node.tag == "UsdUVTexture" else ""
         channel = None if colour or node.get("type") in ("vector3", "color3") else 0
         if asked in _CHANNELS and not colour:
             channel = _CHANNELS[asked] if given.get("output") in ("r", "g", "b") else channel
         shown = PurePosixPath(named).name
         chosen: Channel = None if channel is None else (0, 1, 2)[channel]
-        return Input(image=Image(Path(named), shown, transfer, chosen, space=wide))
+        return Input(image=Image(Path(named), shown, "linear", chosen, space=space))
+
+    def _space(self, element: Element) -> str:
+        """The name of the colour space of an element, in lower case; '' where nothing states one."""
+        around = (element, *self._around(element))
+        space = next((each.get("colorspace", "") for each in around if each.get("colorspace")), "")
+        if space and space.lower() not in SPACES:
+            problem = f"states the colour space {space[:40]!r}, which is not known"
+            raise InputError(self.path, problem, "Save it in lin_rec709, srgb_texture or acescg")
+        return space.lower()
+
+    def _to_rec709(self, values: tuple[float, ...], given: Element) -> tuple[float, ...]:
+        """A colour of the space that its element states, as linear Rec.709."""
+        space = self._space(given)
+        if not space:
+            return values
+        colour = SPACES[space].linear(np.asarray(values[:3], np.float64))
+        return (*(float(each) for each in colour), *values[3:])
 
     def _around(self, element: Element) -> list[Element]:
         """The elements around one, the nearest first."""
@@ -385,6 +458,15 @@ class _Document:
         if not values or not all(math.isfinite(each) and abs(each) <= 1e6 for each in values):
             raise InputError(self.path, f"has an impossible value ({text[:40]!r})", AGAIN)
         return values
+
+
+def _is_same(value: str, usual: str) -> bool:
+    """True for equal numbers, however they are written, and for equal words."""
+    try:
+        one, other = ([float(each) for each in text.split(",")] for text in (value, usual))
+    except ValueError:
+        return value.strip().lower() == usual
+    return one == other or (len(set(one)) == 1 and set(one) == set(other))
 
 
 def _has_layers(shader: Element) -> bool:

@@ -25,11 +25,12 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import brdf_from_text
 from engine.brdf.models.openpbr import OpenPbr
-from engine.core.colour import ACESCG, REC_2020, luminance, working_space
+from engine.core.colour import ACESCG, REC_2020, luminance
 from engine.core.errors import InputError
 from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
+from engine.exchange.readers.colour_spaces import SPACES
 from engine.images.decode import TransferChoice, image_from_reply
 from engine.storage.untrusted import FILE_LIMIT_BYTES, decode_content, open_checked, read_bytes
 from engine.surface.pbr_maps import DIELECTRIC_F0, WORTH_SAYING, PbrMaps, WideColours, clip_wide, wide_text
@@ -61,7 +62,8 @@ class Image:
 
     `channel` is 0, 1 or 2 for one channel as a number, 'alpha' for that of a PNG, None for the colour. `part` is the
     first byte and the length of an image within the file `path`. In a decoder `path` is as the document names it.
-    `space` is the name of the working space of linear samples that a document states, '' for what the file says.
+    `space` is the name of the colour space that a document states (`engine.exchange.readers.colour_spaces`), '' for
+    what the file says.
     """
 
     path: Path
@@ -179,7 +181,7 @@ def _decode(image: Image) -> Map:
         return alpha
     reply = decode_content("engine.images.decode:decode", name, content, transfer=image.transfer)
     pixels = image_from_reply(reply).pixels
-    return np.asarray(pixels @ working_space(image.space).to_rec709.T, np.float32) if image.space else pixels
+    return SPACES[image.space].linear(pixels) if image.space else pixels
 
 
 def _read_channel(pixels: Map, image: Image) -> Map:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import dataclasses
+import functools
 from pathlib import Path
 
+import MaterialX as materialx
 import numpy as np
 import pytest
 
 from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.exchange.materialx import contents
+from engine.exchange.readers.materialx import materialx_of
 from engine.exchange.readers.read import open_material
+from engine.exchange.readers.textures import Described
 from engine.exchange.subject import Settings, Subject
 from engine.scene.material import Material, material_of_maps
 from engine.surface.pbr_maps import PbrMaps
@@ -97,11 +102,12 @@ def test_colour_spaces_are_inherited(tmp_path: Path) -> None:
     for own, root, wanted in (
         ("", 'colorspace="lin_rec709"', 188 / 255),
         ("", 'colorspace="srgb_texture"', 0.5029),
-        ("", "", 0.5029),
+        ("", "", 188 / 255),
         (' colorspace="lin_rec709"', 'colorspace="srgb_texture"', 188 / 255),
     ):
-        found, _ = open_path(document(tmp_path, image.format(own) + surface, root))
+        found, notes = open_path(document(tmp_path, image.format(own) + surface, root))
         assert found.base_colour[0, 0, 0] == pytest.approx(wanted, abs=1e-3)
+        assert any("states no colour space" in note for note in notes) == (not own and not root)
 
 
 def test_a_node_that_is_not_read_is_said(tmp_path: Path) -> None:
@@ -166,3 +172,121 @@ def test_library_of_materialx_reads_the_same_document(tmp_path: Path) -> None:
     assert material.pbr is not None
     np.testing.assert_allclose(material.pbr.base_colour[0, 0], (0.2, 0.4, 0.6), atol=1e-6)
     assert material.pbr.roughness[0, 0] == pytest.approx(0.35, abs=1e-6)
+
+
+@pytest.mark.parametrize("space", ["srgb_texture", "lin_rec709", "acescg", "lin_ap1", "g18_rec709", "adobergb"])
+@pytest.mark.parametrize("holder", ["input", "node", "root"])
+def test_values_have_the_colour_space_that_is_stated(space: str, holder: str, tmp_path: Path) -> None:
+    """As the generators of the MaterialX library transform them: by its own node of that name."""
+    colour = np.array([0.6, 0.5, 0.4])
+    own, around, root = (f'colorspace="{space}"' if holder == each else "" for each in ("input", "node", "root"))
+    body = (
+        f'<constant name="c" type="color3" {around}><input name="value" type="color3" value="0.6,0.5,0.4" {own}/>'
+        '</constant><gltf_pbr name="s" type="surfaceshader"><input name="base_color" type="color3" nodename="c"/>'
+        "</gltf_pbr>"
+    )
+    found, _ = open_path(document(tmp_path, body, root))
+    powers = {"srgb_texture": 0.0, "g18_rec709": 1.8, "adobergb": 563 / 256}
+    if space == "srgb_texture":
+        colour = np.where(colour <= 0.04045, colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4)
+    elif space in powers:
+        colour = colour ** powers[space]
+    for names, node in ((("acescg", "lin_ap1"), "acescg_to_lin_rec709"), (("adobergb",), "lin_adobergb_to_lin_rec709")):
+        if space in names:
+            colour = matrix_of(node) @ colour
+    np.testing.assert_allclose(found.base_colour[0, 0], colour, atol=1e-4)
+
+
+def matrix_of(node: str) -> np.ndarray:
+    """The matrix of a colour transformation of the MaterialX library, which multiplies columns from the left."""
+    graph = library().getNodeGraph(f"NG_{node}_color3")
+    values = next(each for each in graph.getNodes() if each.getCategory() == "constant").getInput("value")
+    return np.array([float(each) for each in values.getValueString().split(",")]).reshape(3, 3).T
+
+
+@functools.cache
+def library() -> materialx.Document:
+    found = materialx.createDocument()
+    materialx.loadLibraries(materialx.getDefaultDataLibraryFolders(), materialx.getDefaultDataSearchPath(), found)
+    return found
+
+
+SURFACES = ("open_pbr_surface", "standard_surface", "gltf_pbr", "UsdPreviewSurface")
+
+
+def inputs_of(surface: str) -> list[tuple[str, str, str]]:
+    """Name, type and default of all inputs of a surface, as the library declares them."""
+    declared = library().getNodeDef(f"ND_{surface}_surfaceshader").getActiveInputs()
+    return [(each.getName(), each.getType(), each.getValueString()) for each in declared]
+
+
+def changed(kind: str, usual: str) -> str:
+    """Another value than the default."""
+    if kind == "boolean":
+        return "false" if usual == "true" else "true"
+    if kind == "integer":
+        return str(int(usual or 0) + 1)
+    if kind in ("string", "filename"):
+        return "other"
+    numbers = [float(each) for each in (usual or "0,0,1").split(",")]
+    return ",".join(f"{0.6 if abs(each - 0.6) > 0.2 else 0.3:g}" for each in numbers)
+
+
+@pytest.mark.parametrize("surface", SURFACES)
+def test_every_input_of_a_surface_is_read_or_named(surface: str, tmp_path: Path) -> None:
+    """The walk over the declarations of the library: each input alone changes the material or is in a warning.
+
+    Colours and roughness of a layer count where the layer is there.
+    """
+    layers = {
+        "open_pbr_surface": "coat_weight fuzz_weight thin_film_weight subsurface_weight transmission_weight",
+        "standard_surface": "coat sheen subsurface transmission",
+        "gltf_pbr": "clearcoat sheen_roughness iridescence transmission anisotropy_strength",
+        "UsdPreviewSurface": "clearcoat",
+    }[surface].split()
+    present = dict.fromkeys(layers, "0.5")
+    present |= {
+        "open_pbr_surface": {"emission_luminance": "10"},
+        "standard_surface": {"thin_film_thickness": "400", "specular_anisotropy": "0.5", "emission": "1"},
+        "gltf_pbr": {"sheen_color": "0.3,0.3,0.3", "roughness": "0.4", "emissive": "1,1,1", "alpha_mode": "1"},
+        "UsdPreviewSurface": {"useSpecularWorkflow": "1"},
+    }[surface]
+    kinds = {name: kind for name, kind, _ in inputs_of(surface)}
+
+    def describe(values: dict[str, str]) -> Described:
+        said = "".join(f'<input name="{name}" type="{kinds[name]}" value="{each}"/>' for name, each in values.items())
+        content = f'<materialx version="1.39"><{surface} name="s" type="surfaceshader">{said}</{surface}></materialx>'
+        return materialx_of(content.encode(), tmp_path / "m.mtlx")
+
+    base, lost = describe(present), []
+    for name, kind, usual in inputs_of(surface):
+        if name in present and name != "sheen_roughness":
+            continue
+        found = describe({**present, name: changed(kind, usual)})
+        lossy = " ".join(found.notes)
+        parts = ("transmission", "subsurface", "emissi", "thickness", "attenuation", "dispersion", "specularColor")
+        parts = ("transmission", "subsurface", "emissi", "thickness", "attenuation", "dispersion", "specularColor")
+        covered = name.startswith((*parts, "alpha")) and any(
+            word in lossy for word in ("goes through", "scattered below", "emissi", "useSpecularWorkflow", "alpha_mode")
+        )
+        if dataclasses.replace(found, notes=()) == dataclasses.replace(base, notes=()) and name not in lossy:
+            lost += [] if covered else [name]
+    assert lost == []
+
+
+@pytest.mark.parametrize("surface", SURFACES)
+def test_a_document_that_states_all_defaults_loses_nothing(surface: str, tmp_path: Path) -> None:
+    said = "".join(
+        f'<input name="{n}" type="{kind}" value="{usual}"/>' for n, kind, usual in inputs_of(surface) if usual
+    )
+    content = f'<materialx version="1.39"><{surface} name="s" type="surfaceshader">{said}</{surface}></materialx>'
+    assert [note for note in materialx_of(content.encode(), tmp_path / "m.mtlx").notes if "not drawn" in note] == []
+
+
+def test_unknown_spaces_and_sets_of_tiles_are_refused_by_name(tmp_path: Path) -> None:
+    surface = '<gltf_pbr name="s" type="surfaceshader"><input name="base_color" type="color3" nodename="i"/></gltf_pbr>'
+    image = '<image name="i" type="color3"><input name="file" type="filename" value="{}" colorspace="{}"/></image>'
+    with pytest.raises(InputError, match="hydra_blue"):
+        open_path(document(tmp_path, image.format("a.png", "hydra_blue") + surface))
+    with pytest.raises(InputError, match=r"UDIM.*1001"):
+        open_path(document(tmp_path, image.format("a.<UDIM>.png".replace("<", "&lt;"), "srgb_texture") + surface))
