@@ -2,8 +2,10 @@
 
 Base colour is sRGB-coded, roughness is green and metallic blue of one texture, occlusion red (glTF 2.0, Sec. 3.9); y of
 normals is up. KHR_materials_ior gives f0 = ((ior − 1) / (ior + 1))², KHR_materials_specular a share of it. Of several
-materials the first with a texture is taken. What is not drawn is named. Images may lie within the file, beside it or
-below its folder. All this runs in the decoder process (`engine.exchange.readers.documents_child`).
+materials the first with a texture is taken. Specular-glossiness becomes metal and roughness, and a material without
+light a diffuse one of its colour. What is not drawn is named, every property that is not read among it, and a file that
+requires an extension that is not known is refused. Images may lie within the file, beside it or below its folder. All
+this runs in the decoder process (`engine.exchange.readers.documents_child`).
 """
 
 from __future__ import annotations
@@ -28,10 +30,43 @@ from engine.storage.untrusted import AGAIN, FILE_LIMIT_BYTES
 #: Most bytes of the text of a file.
 JSON_LIMIT_BYTES = 64 << 20
 
-#: Extensions that change what is seen and are not drawn here.
-_PASSED_OVER = {
-    "KHR_materials_pbrSpecularGlossiness": "specular-glossiness",
+#: Extensions that a file may require: those of materials that are read or named, and those of models.
+_KNOWN = frozenset(
+    {
+        *("KHR_materials_anisotropy", "KHR_materials_clearcoat", "KHR_materials_dispersion"),
+        *("KHR_materials_emissive_strength", "KHR_materials_ior", "KHR_materials_iridescence"),
+        *("KHR_materials_pbrSpecularGlossiness", "KHR_materials_sheen", "KHR_materials_specular"),
+        *("KHR_materials_transmission", "KHR_materials_unlit", "KHR_materials_variants", "KHR_materials_volume"),
+        *("KHR_texture_basisu", "KHR_texture_transform", "EXT_texture_webp", "KHR_lights_punctual", "KHR_xmp_json_ld"),
+        *("KHR_mesh_quantization", "KHR_draco_mesh_compression", "EXT_meshopt_compression", "EXT_mesh_gpu_instancing"),
+    }
+)
+
+#: Properties that are read or named elsewhere, of what holds them.
+_READ = {
+    "material": (
+        *("name", "pbrMetallicRoughness", "normalTexture", "occlusionTexture", "emissiveFactor", "emissiveTexture"),
+        *("alphaMode", "alphaCutoff", "doubleSided"),
+    ),
+    "pbrMetallicRoughness": (
+        *("baseColorFactor", "baseColorTexture", "metallicFactor", "roughnessFactor", "metallicRoughnessTexture"),
+    ),
+    "texture": ("index", "texCoord", "scale", "strength"),
+    "KHR_materials_pbrSpecularGlossiness": (
+        *("diffuseFactor", "diffuseTexture", "specularFactor", "glossinessFactor", "specularGlossinessTexture"),
+    ),
+    "KHR_materials_ior": ("ior",),
+    "KHR_materials_specular": ("specularFactor", "specularTexture", "specularColorFactor", "specularColorTexture"),
+    "KHR_materials_transmission": ("transmissionFactor", "transmissionTexture"),
+    "KHR_materials_unlit": (),
+    # what these say belongs to light that goes through, or is given off, which is named
+    "KHR_materials_volume": ("thicknessFactor", "thicknessTexture", "attenuationDistance", "attenuationColor"),
+    "KHR_materials_dispersion": ("dispersion",),
+    "KHR_materials_emissive_strength": ("emissiveStrength",),
 }
+
+#: Formats of images that another extension brings, and what to ask of the program that writes it.
+_IMAGES = {"KHR_texture_basisu": "KTX2", "EXT_texture_webp": "WebP"}
 
 
 #: Factors of the extensions that are layers, by the name that `gltf_values` has for them, with their defaults.
@@ -72,6 +107,8 @@ def gltf_of(content: bytes, path: Path) -> Described:
     material = next((each for each in materials if _is_textured(each)), materials[0])
     name = str(material.get("name") or path.stem)[:60]
     notes = [f"of {len(materials)} materials, {name!r} is taken"] if len(materials) > 1 else []
+    if _has_vertex_colours(tree, _list(tree, "materials").index(material)):
+        notes.append("colours of vertices are passed over")
     return _Reader(path, tree, body, notes).describe(material, name)
 
 
@@ -90,10 +127,18 @@ class _Reader:
         occlusion = material.get("occlusionTexture")
         self._say_what_is_passed_over(material)
         extensions = _dict(material, "extensions")
+        if "KHR_materials_pbrSpecularGlossiness" in extensions:
+            return self._describe_glossiness(material, _dict(extensions, "KHR_materials_pbrSpecularGlossiness"), name)
+        if "KHR_materials_unlit" in extensions:
+            self.notes.append("is to be shown without light; it is drawn as a diffuse surface of its colour")
+            colour = Input(base, self._image(pbr.get("baseColorTexture"), "auto"))
+            return Described(name, colour, Input((1.0,)), Input((0.0,)), Input((0.0,)), notes=tuple(self.notes))
         f0 = self._f0(extensions)
         passing = self._numbers(_dict(extensions, "KHR_materials_transmission"), "transmissionFactor", (0.0,))[0]
         if passing > 0.0:
             self.notes.append("light that goes through the surface is lost")
+            if "transmissionTexture" in _dict(extensions, "KHR_materials_transmission"):
+                self.notes.append("transmissionTexture is passed over")
             base = tuple(channel * max(1.0 - passing, 0.0) for channel in base)
         mean = roughness[0] * (0.5 if packed is not None else 1.0)
         layers, widened = self._layers(extensions, mean)
@@ -109,6 +154,25 @@ class _Reader:
             upwards="opengl",
             notes=tuple(self.notes),
             layers=layers,
+        )
+
+    def _describe_glossiness(self, material: dict[str, Any], owner: dict[str, Any], name: str) -> Described:
+        """A diffuse colour, a colour of highlights, and 1 − roughness (KHR_materials_pbrSpecularGlossiness)."""
+        packed = owner.get("specularGlossinessTexture")
+        normal, occlusion = _dict(material, "normalTexture"), material.get("occlusionTexture")
+        return Described(
+            name,
+            base_colour=Input(
+                self._numbers(owner, "diffuseFactor", (1.0, 1.0, 1.0, 1.0))[:3],
+                self._image(owner.get("diffuseTexture"), "auto"),
+            ),
+            specular=Input(self._numbers(owner, "specularFactor", (1.0, 1.0, 1.0)), self._image(packed, "auto")),
+            glossiness=Input(self._numbers(owner, "glossinessFactor", (1.0,)), self._image(packed, "linear", "alpha")),
+            normal=Input(image=self._image(normal, "linear")) if normal else None,
+            occlusion=Input(image=self._image(occlusion, "linear", 0)) if occlusion else None,
+            normal_scale=self._numbers(normal, "scale", (1.0,))[0],
+            upwards="opengl",
+            notes=tuple(self.notes),
         )
 
     def _layers(self, extensions: dict[str, Any], roughness: float) -> tuple[str, float]:
@@ -147,7 +211,16 @@ class _Reader:
 
     def _say_what_is_passed_over(self, material: dict[str, Any]) -> None:
         extensions = _dict(material, "extensions")
-        passed = [words for key, words in _PASSED_OVER.items() if key in extensions]
+        passed = self._list_unread(material, "material")
+        for key, owner in extensions.items():
+            read = _READ.get(key)
+            if read is None and key not in _LAYERS:
+                passed.append(key[:60])
+            elif isinstance(owner, dict):
+                passed += self._list_unread(owner, key)
+        strength = self._numbers(_dict(material, "occlusionTexture"), "strength", (1.0,))[0]
+        if strength != 1.0:
+            self.notes.append(f"the strength {strength:g} of the occlusion is passed over")
         if any(self._numbers(material, "emissiveFactor", (0.0, 0.0, 0.0))):
             passed.append("emission")
         if material.get("alphaMode", "OPAQUE") != "OPAQUE":
@@ -155,13 +228,32 @@ class _Reader:
         if passed:
             self.notes.append(f"{' and '.join(passed)} is not drawn")
 
+    def _list_unread(self, owner: dict[str, Any], kind: str) -> list[str]:
+        """Properties of an object that are neither read nor named otherwise."""
+        textures = [key for key in owner if kind in _LAYERS and key.endswith("Texture")]  # named with the layers
+        known = {*_READ.get(kind, ()), *_LAYERS.get(kind, ()), *textures, "extensions", "extras"}
+        found = [f"{key[:40]} of {kind}" for key in owner if key not in known]
+        for key, value in owner.items():
+            if kind == "material" and key == "pbrMetallicRoughness" and isinstance(value, dict):
+                found += self._list_unread(value, key)
+            elif key.endswith("Texture") and isinstance(value, dict):
+                found += self._list_unread(value, "texture")
+        return found
+
     def _image(self, given: object, transfer: TransferChoice, channel: Channel = None) -> Image | None:
         """The image of a reference to a texture, None without one."""
         if not isinstance(given, dict):
             return None
         if "KHR_texture_transform" in _dict(given, "extensions"):
             self.notes.append("a texture is turned or scaled against the others, which is passed over")
+        if given.get("texCoord", 0) != 0:
+            self.notes.append("a texture has texture coordinates of its own (texCoord), which are passed over")
         texture = self._entry("textures", given.get("index"))
+        for extension, format_name in _IMAGES.items():
+            if extension in _dict(texture, "extensions") and "source" not in texture:
+                raise InputError(
+                    self.path, f"has {format_name} images, which are not read", "Export it with PNG or JPEG"
+                )
         image = self._entry("images", texture.get("source"))
         name = str(image.get("name") or f"image {texture.get('source')}")[:60]
         if "bufferView" in image:
@@ -226,6 +318,9 @@ def _open(content: bytes, path: Path) -> tuple[dict[str, Any], bytes]:
         body = _bytes_chunk(content, 20 + text_bytes)
     if not isinstance(tree, dict):
         raise InputError(path, "is not glTF", AGAIN)
+    required = [str(each)[:60] for each in _list(tree, "extensionsRequired") if each not in _KNOWN]
+    if required:
+        raise InputError(path, f"requires the extension {required[0]}, which is not known", "Export it without that")
     return tree, body
 
 
@@ -236,6 +331,13 @@ def _bytes_chunk(content: bytes, start: int) -> bytes:
     return content[start + 8 : start + 8 + count] if kind == b"BIN\0" else b""
 
 
+def _has_vertex_colours(tree: dict[str, Any], material: int) -> bool:
+    """True if a part of a model that has the material has colours of vertices as well."""
+    parts = [each for mesh in _list(tree, "meshes") if isinstance(mesh, dict) for each in _list(mesh, "primitives")]
+    mine = [each for each in parts if isinstance(each, dict) and each.get("material") == material]
+    return any("COLOR_0" in _dict(each, "attributes") for each in mine)
+
+
 def _is_coloured(colour: Sequence[float]) -> bool:
     return max(colour) - min(colour) > 1e-3
 
@@ -243,7 +345,12 @@ def _is_coloured(colour: Sequence[float]) -> bool:
 def _is_textured(material: object) -> bool:
     if not isinstance(material, dict):
         return False
-    pbr = _dict(material, "pbrMetallicRoughness")
+    pbr = {
+        **_dict(material, "pbrMetallicRoughness"),
+        **_dict(_dict(material, "extensions"), "KHR_materials_pbrSpecularGlossiness"),
+    }
+    if "diffuseTexture" in pbr or "specularGlossinessTexture" in pbr:
+        return True
     return any(key in pbr for key in ("baseColorTexture", "metallicRoughnessTexture")) or "normalTexture" in material
 
 

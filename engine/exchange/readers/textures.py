@@ -15,7 +15,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Literal
 
@@ -51,6 +51,9 @@ TELLING = 0.1
 
 #: The beginning of an address of the web, also where its slashes were taken together.
 _ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]{1,20}:/")
+
+#: First bytes of a JPEG, which has no alpha channel: it is 1 everywhere.
+JPEG = b"\xff\xd8"
 
 #: Slopes beyond this are those of a wall.
 STEEPEST = 10.0
@@ -97,6 +100,8 @@ class Described:
     ----------
     f0 : its factor is the reflectance of dielectrics at normal incidence, and its image, a colour by its luminance,
         the share of it.
+    specular, glossiness : the colour of highlights and 1 − roughness in place of f0, metallic and roughness, or None;
+        the base colour is then that of the diffuse part.
     normal : an image alone, or None; `normal_scale` multiplies its slopes, `upwards` is the direction of its y.
     notes : sentences about what was assumed or passed over.
     layers : text of the OpenPBR model whose layers lie over the base; '' for none.
@@ -107,6 +112,8 @@ class Described:
     roughness: Input = Input((0.5,))
     metallic: Input = Input((0.0,))
     f0: Input = Input((DIELECTRIC_F0,))
+    specular: Input | None = None
+    glossiness: Input | None = None
     normal: Input | None = None
     height: Input | None = None
     occlusion: Input | None = None
@@ -148,6 +155,7 @@ def maps_of(described: Described) -> Steps[tuple[PbrMaps, Health]]:
     notes = [*described.notes, *notes]
     found = {name: _resize(values, size) for name, values in found.items()}
     base = _colour(described.base_colour, found.get("base_colour"), size)
+    described, base, found = _as_metal(described, base, found, size)
     share = found.get("f0")
     if share is not None and share.ndim == 3:
         share = luminance(share).astype(np.float32)
@@ -172,11 +180,44 @@ def maps_of(described: Described) -> Steps[tuple[PbrMaps, Health]]:
     return maps, Health(findings=tuple(Finding(Verdict.WARNING, note) for note in notes))
 
 
+def _as_metal(
+    described: Described, diffuse: Map, found: dict[str, Map], size: tuple[int, int]
+) -> tuple[Described, Map, dict[str, Map]]:
+    """Specular and glossiness, where a material has them, as base colour, metallic and roughness.
+
+    Both have one brightness: with d that of the diffuse part, which highlights of s leave, b that of the base and m the
+    share of metal, b (1 − m) = d and 0.04 (1 − m) + b m = s, so that 0.04 m² + (d + s − 0.08) m + 0.04 − s = 0. The
+    base has the colour of the diffuse part where m is small, and of the highlight where it is large.
+    """
+    if described.specular is None or described.glossiness is None:
+        return described, diffuse, found
+    specular = _colour(described.specular, found.get("specular"), size)
+    left = diffuse * (1.0 - specular.max(axis=-1, keepdims=True))
+    d, s = luminance(left)[..., None], luminance(specular)[..., None]
+    half = 0.5 * (d + s - 2.0 * DIELECTRIC_F0)
+    root = np.sqrt(np.maximum(half * half - DIELECTRIC_F0 * (DIELECTRIC_F0 - s), 0.0))
+    metal = np.where(s > DIELECTRIC_F0, np.clip((root - half) / DIELECTRIC_F0, 0.0, 1.0), 0.0)
+    of_diffuse = left / np.maximum(1.0 - metal, 1e-6)
+    of_highlight = (specular - DIELECTRIC_F0 * (1.0 - metal)) / np.maximum(metal, 1e-6)
+    base = np.clip(np.where(metal > 0.0, of_diffuse + (of_highlight - of_diffuse) * metal**2, of_diffuse), 0.0, 1.0)
+    roughness = 1.0 - _number(described.glossiness, found.get("glossiness"), size)
+    f0 = np.where(s > DIELECTRIC_F0, DIELECTRIC_F0, s)[..., 0]
+    maps = {"roughness": roughness, "metallic": metal[..., 0], "f0": f0}
+    factors = dict.fromkeys(maps, Input((1.0,)))
+    return (
+        replace(described, **factors),  # type: ignore[arg-type]
+        np.asarray(base, np.float32),
+        {**found, **{name: np.asarray(each, np.float32) for name, each in maps.items()}},
+    )
+
+
 def _decode(image: Image) -> Map:
     """(H, W, 3) linear, or (H, W) of an alpha channel."""
     content = image.content if image.content is not None else read_bytes(image.path)
     name = image.path if image.content is None else f"{image.path}: {image.name}"
     if image.channel == "alpha":
+        if content.startswith(JPEG):
+            return np.ones((1, 1), np.float32)
         alpha: Map = decode_content("engine.images.decode:decode_alpha", name, content)["alpha"]
         return alpha
     reply = decode_content("engine.images.decode:decode", name, content, transfer=image.transfer)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -14,10 +15,13 @@ from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.exchange.gltf import contents
 from engine.exchange.readers.documents_child import has_textured_material
+from engine.exchange.readers.gltf import gltf_of
 from engine.exchange.readers.read import open_material
+from engine.exchange.readers.textures import Described
 from engine.exchange.subject import Settings, Subject
 from engine.images.encode import encode_png
 from engine.scene.material import material_of_maps
+from engine.surface.pbr_maps import PbrMaps
 
 from .images import find_known, grey, png
 
@@ -113,3 +117,174 @@ def test_cut_files_are_refused(tmp_path: Path) -> None:
         path.write_bytes(content[:length])
         with pytest.raises(InputError):
             open_material(path)
+
+
+#: Properties of materials in glTF 2.0 and its ratified extensions, each with a value that is seen.
+PROPERTIES: dict[str, dict[str, Any]] = {
+    "": {
+        "emissiveFactor": [1, 1, 1],
+        "alphaMode": "MASK",
+        "normalTexture": {"index": 0},
+        "occlusionTexture": {"index": 0},
+    },
+    "pbrMetallicRoughness": {
+        "baseColorFactor": [0.2, 0.3, 0.4, 1.0],
+        "baseColorTexture": {"index": 0},
+        "metallicFactor": 0.3,
+        "roughnessFactor": 0.3,
+        "metallicRoughnessTexture": {"index": 0},
+    },
+    "normalTexture": {"scale": 0.5, "texCoord": 1},
+    "occlusionTexture": {"strength": 0.5, "texCoord": 1},
+    "KHR_materials_ior": {"ior": 1.8},
+    "KHR_materials_specular": {
+        "specularFactor": 0.5,
+        "specularTexture": {"index": 0},
+        "specularColorFactor": [0.5, 0.2, 0.2],
+        "specularColorTexture": {"index": 0},
+    },
+    "KHR_materials_transmission": {"transmissionFactor": 0.5, "transmissionTexture": {"index": 0}},
+    "KHR_materials_volume": {
+        "thicknessFactor": 0.5,
+        "thicknessTexture": {"index": 0},
+        "attenuationDistance": 0.5,
+        "attenuationColor": [0.5, 0.2, 0.2],
+    },
+    "KHR_materials_dispersion": {"dispersion": 0.5},
+    "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.5},
+    "KHR_materials_clearcoat": {
+        "clearcoatFactor": 0.5,
+        "clearcoatTexture": {"index": 0},
+        "clearcoatRoughnessFactor": 0.5,
+        "clearcoatRoughnessTexture": {"index": 0},
+        "clearcoatNormalTexture": {"index": 0},
+    },
+    "KHR_materials_sheen": {
+        "sheenColorFactor": [0.5, 0.2, 0.2],
+        "sheenColorTexture": {"index": 0},
+        "sheenRoughnessFactor": 0.5,
+        "sheenRoughnessTexture": {"index": 0},
+    },
+    "KHR_materials_iridescence": {
+        "iridescenceFactor": 0.5,
+        "iridescenceTexture": {"index": 0},
+        "iridescenceIor": 1.8,
+        "iridescenceThicknessMinimum": 50.0,
+        "iridescenceThicknessMaximum": 200.0,
+        "iridescenceThicknessTexture": {"index": 0},
+    },
+    "KHR_materials_anisotropy": {
+        "anisotropyStrength": 0.5,
+        "anisotropyRotation": 0.5,
+        "anisotropyTexture": {"index": 0},
+    },
+    "KHR_materials_emissive_strength": {"emissiveStrength": 3.0},
+    "KHR_materials_unlit": {},
+    "KHR_materials_pbrSpecularGlossiness": {
+        "diffuseFactor": [0.2, 0.3, 0.4, 1.0],
+        "diffuseTexture": {"index": 0},
+        "specularFactor": [0.2, 0.3, 0.4],
+        "glossinessFactor": 0.5,
+        "specularGlossinessTexture": {"index": 0},
+    },
+    "VENDOR_of_somebody": {"anything": 1},
+}
+
+#: What must be there for a property to be seen.
+PRESENT: dict[str, dict[str, Any]] = {
+    "KHR_materials_clearcoat": {"clearcoatFactor": 0.7},
+    "KHR_materials_sheen": {"sheenColorFactor": [0.3, 0.3, 0.3]},
+    "KHR_materials_iridescence": {"iridescenceFactor": 0.7},
+    "KHR_materials_anisotropy": {"anisotropyStrength": 0.7},
+    "KHR_materials_volume": {"thicknessFactor": 0.2},
+    "KHR_materials_transmission": {"transmissionFactor": 0.2},
+    "normalTexture": {"index": 0},
+    "occlusionTexture": {"index": 0},
+}
+
+CASES = [(owner, key) for owner, entries in PROPERTIES.items() for key in entries] + [("KHR_materials_unlit", "")]
+
+
+@pytest.mark.parametrize(("owner", "key"), CASES)
+def test_every_property_of_a_material_is_read_or_named(owner: str, key: str, tmp_path: Path) -> None:
+    """The walk over the schema: each property alone changes the material, or a warning names it or its part."""
+
+    def describe(entries: dict[str, Any] | None) -> Described:
+        material: dict[str, Any] = {"pbrMetallicRoughness": {"roughnessFactor": 0.4}}
+        light = {"emissiveFactor": [1, 1, 1]} if owner == "KHR_materials_emissive_strength" else {}
+        through = {"KHR_materials_transmission": {"transmissionFactor": 0.2}}
+        needs_light = owner in ("KHR_materials_volume", "KHR_materials_dispersion")
+        material |= light | ({"extensions": through} if needs_light else {})
+        if entries is not None:
+            if not owner:
+                material |= entries
+            elif owner.startswith(("KHR", "VENDOR")):
+                material["extensions"] = {**material.get("extensions", {}), owner: entries}
+            elif owner == "pbrMetallicRoughness":
+                material[owner] |= entries
+            else:
+                material[owner] = entries
+        path = gltf(tmp_path, material, [within(100)])
+        return gltf_of(path.read_bytes(), path)
+
+    present = PRESENT.get(owner, {})
+    base = describe(present or None)
+    found = describe({**present, **({key: PROPERTIES[owner][key]} if key else {})})
+    said = " ".join(found.notes)
+    parts = {
+        "KHR_materials_volume": "goes through",
+        "KHR_materials_dispersion": "goes through",
+        "KHR_materials_emissive_strength": "emission",
+        "VENDOR_of_somebody": "VENDOR_of_somebody",
+        "KHR_materials_diffuse_transmission": "KHR_materials_diffuse_transmission",
+    }
+    is_read = dataclasses.replace(found, notes=()) != dataclasses.replace(base, notes=())
+    words = {"emissiveFactor": "emission", "alphaMode": "opacity"}
+    is_named = (key and key in said) or parts.get(owner, "\0") in said or words.get(key, "\0") in said
+    assert is_read or is_named or set(found.notes) - set(base.notes), (owner, key, found.notes)
+
+
+def test_specular_and_glossiness_become_metal_and_roughness(tmp_path: Path) -> None:
+    """A metal has no diffuse part and the colour of its highlight; a plastic the diffuse one under 4 %."""
+
+    def read(diffuse: list[float], specular: list[float], gloss: float) -> PbrMaps:
+        entries = {"diffuseFactor": [*diffuse, 1.0], "specularFactor": specular, "glossinessFactor": gloss}
+        material = {"extensions": {"KHR_materials_pbrSpecularGlossiness": entries}}
+        found = open_material(gltf(tmp_path, material, [])).pbr
+        assert found is not None
+        return found
+
+    metal = read([0.0, 0.0, 0.0], [0.9, 0.6, 0.3], 0.8)
+    np.testing.assert_allclose(metal.base_colour[0, 0], (0.9, 0.6, 0.3), atol=1e-5)
+    assert (metal.metallic[0, 0], metal.roughness[0, 0]) == (pytest.approx(1.0), pytest.approx(0.2))
+    plastic = read([0.5, 0.2, 0.1], [0.04, 0.04, 0.04], 0.3)
+    np.testing.assert_allclose(plastic.base_colour[0, 0], np.array((0.5, 0.2, 0.1)) * 0.96, atol=1e-5)
+    assert (plastic.metallic[0, 0], plastic.f0[0, 0]) == (pytest.approx(0.0, abs=1e-6), pytest.approx(0.04))
+    water = read([0.5, 0.2, 0.1], [0.02, 0.02, 0.02], 0.3)
+    assert (water.metallic[0, 0], water.f0[0, 0]) == (0.0, pytest.approx(0.02, abs=1e-6))
+    for d, s in ((0.3, 0.2), (0.1, 0.5), (0.6, 0.06)):
+        mixed = read([d] * 3, [s] * 3, 0.5)
+        m, b = float(mixed.metallic[0, 0]), float(mixed.base_colour[0, 0, 0])
+        assert 0.04 * (1.0 - m) + b * m == pytest.approx(s, abs=1e-4)
+        assert b * (1.0 - m) == pytest.approx(d * (1.0 - s), abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"extensionsRequired": ["VENDOR_unknown_thing"]}, "VENDOR_unknown_thing"),
+        ({"textures": [{"extensions": {"KHR_texture_basisu": {"source": 0}}}]}, "KTX2"),
+    ],
+)
+def test_what_cannot_be_read_is_refused_by_name(changes: dict[str, Any], words: str, tmp_path: Path) -> None:
+    path = gltf(tmp_path, {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}, [within(9)])
+    path.write_text(json.dumps({**json.loads(path.read_text()), **changes}))
+    with pytest.raises(InputError, match=words):
+        open_material(path)
+
+
+def test_colours_of_vertices_are_named(tmp_path: Path) -> None:
+    path = gltf(tmp_path, {}, [])
+    mesh = {"primitives": [{"material": 0, "attributes": {"POSITION": 0, "COLOR_0": 1}}]}
+    path.write_text(json.dumps({**json.loads(path.read_text()), "meshes": [mesh]}))
+    assert any("colours of vertices" in note for note in open_material(path).health.warnings)
