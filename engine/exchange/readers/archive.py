@@ -14,7 +14,7 @@ from pathlib import Path, PurePosixPath
 
 from engine.core.errors import InputError
 from engine.core.steps import Steps
-from engine.exchange.readers.folder import describe_unpacked, is_material, kind_of
+from engine.exchange.readers.folder import RECORD, describe_unpacked, is_material, kind_of, say_unnamed
 from engine.exchange.readers.textures import Described, maps_of
 from engine.scene.material import Material, material_of_maps
 from engine.storage.readers import suffixes
@@ -41,9 +41,10 @@ def holds_zipped_textures(path: Path) -> bool:
 
 def read_zip(path: Path) -> Steps[Material]:
     """The material of a zip; InputError where it is damaged, or holds several."""
-    noted = _notes(zip_names(path, _PROCESS))
+    names = zip_names(path, _PROCESS)
+    noted = [*_notes(names), *say_unnamed(_unnamed(names))]
     with tempfile.TemporaryDirectory(prefix="lightarc-textures-", ignore_cleanup_errors=True) as folder:
-        yield from unpack(path, Path(folder), _textures, _PROCESS)
+        yield from unpack(path, Path(folder), _wanted, _PROCESS)
         described: Described = describe_unpacked(path, Path(folder))
         try:
             maps, health = yield from maps_of(dataclasses.replace(described, notes=(*described.notes, *noted)))
@@ -60,6 +61,18 @@ def _textures(names: Sequence[str]) -> list[str]:
         for path in paths
         if path.suffix.lower() in suffixes("image") and kind_of(path.name)[0] and not path.name.startswith(SHADOW)
     ]
+
+
+def _wanted(names: Sequence[str]) -> list[str]:
+    """The textures, and the record of the export that wrote them."""
+    return [*_textures(names), *[name for name in names if PurePosixPath(name).name == RECORD]]
+
+
+def _unnamed(names: Sequence[str]) -> list[str]:
+    """Names of images that are named for no map."""
+    paths = [PurePosixPath(name) for name in names]
+    images = [each for each in paths if each.suffix.lower() in suffixes("image") and not each.name.startswith(SHADOW)]
+    return [each.name for each in images if not kind_of(each.name)[0]]
 
 
 def _notes(names: Sequence[str]) -> list[str]:

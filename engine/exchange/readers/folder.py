@@ -2,7 +2,9 @@
 
 The names end in a word for the map, as Blender, Unreal, Unity, Godot, Substance, Poly Haven, ambientCG and this program
 write it: `rock_base_color`, `T_Rock_BC`, `Bricks076_1K-JPG_NormalGL`, `brick_wall_diff_2k`, `wood_arm_4k`. Resolutions
-and formats behind the word count for nothing. `lightarc normals` writes a `surface.json` beside its maps.
+and formats behind the word count for nothing. `lightarc normals` writes a `surface.json` beside its maps, and `lightarc
+export` an `export.json` above them, which says where y of its normals points. Images that are named for no map are
+named.
 
 A packed texture holds a map in each channel: ORM and ARM occlusion, roughness, metallic; Unity's mask map metallic,
 occlusion, and smoothness in alpha. Unity's `MetallicSmoothness` is alike.
@@ -17,6 +19,8 @@ from pathlib import Path
 from engine.core.errors import InputError
 from engine.exchange.readers.textures import Described, Image, Input, Upwards
 from engine.storage.readers import suffixes
+from engine.storage.text import read_json
+from engine.storage.untrusted import AGAIN, read_bytes
 from engine.surface.pbr_maps import DIELECTRIC_F0
 
 #: Most files of a folder that are looked at.
@@ -67,6 +71,12 @@ _NOTHING = re.compile(
     r"^(\d{1,9}k?|\d{1,9}x\d{1,9}|jpe?g|png|exr|tiff?|tga|hdr|\d\d?bit|linear|srgb|raw|float|half|lod\d|u\dv\d)$"
 )
 _PIECES = re.compile(r"[A-Z]{1,99}(?![a-z])|[A-Z]?[a-z]{1,99}|\d{1,99}[kK]?")
+#: A number of a UDIM tile behind a separator, at the end of a name.
+_TILE = re.compile(r"[^A-Za-z0-9](1[0-9]{3})$")
+
+#: Record of an export, and its most bytes.
+RECORD, _RECORD_BYTES = "export.json", 1 << 20
+
 _REMEDY = "Put the textures of one material into a folder, named like rock_base_color.png and rock_normal.png"
 
 
@@ -149,12 +159,18 @@ def _are_of_a_material(found: dict[str, list[Path]]) -> bool:
 def describe_folder(folder: Path) -> Described:
     """The material in a folder of textures; InputError where it holds none, or several."""
     own = (folder / "surface.json").is_file()
-    return _describe(folder, folder.absolute().name or "material", textures_in(folder), own)
+    return _describe(folder, folder.absolute().name or "material", textures_in(folder), own, unnamed_in(folder))
 
 
 def describe_unpacked(archive: Path, folder: Path) -> Described:
     """The material of an archive whose textures are in `folder`; errors as above, of the archive."""
     return _describe(archive, archive.stem or "material", textures_in(folder), False)
+
+
+def unnamed_in(folder: Path) -> list[str]:
+    """Names of the images of a folder that are named for no map."""
+    files = sorted(each for each in folder.iterdir() if each.suffix.lower() in suffixes("image"))[:MAX_FILES]
+    return [each.name for each in files if not kind_of(each.name)[0]]
 
 
 def document_in(folder: Path) -> Path | None:
@@ -179,11 +195,13 @@ def describe_textures(files: Sequence[Path]) -> Described:
     return _describe(files[0].parent, name or "material", by_map(sorted(files)), False)
 
 
-def _describe(folder: Path, title: str, found: dict[str, list[Path]], own: bool) -> Described:
+def _describe(
+    folder: Path, title: str, found: dict[str, list[Path]], own: bool, unnamed: Sequence[str] = ()
+) -> Described:
     """`own` says that this program wrote the maps, and so how it writes specular and normals."""
     if "base_colour" not in found:
         raise InputError(folder, "holds no base colour among its images", _REMEDY)
-    notes: list[str] = []
+    notes = list(say_unnamed(unnamed))
     files = {kind: _one(folder, kind, paths, notes) for kind, paths in found.items()}
     inputs: dict[str, Input] = {"base_colour": Input(image=Image(files["base_colour"], _describe_files(files), "auto"))}
     for kind, channels in _PACKED.items():
@@ -213,6 +231,12 @@ def _describe(folder: Path, title: str, found: dict[str, list[Path]], own: bool)
     return Described(title, **inputs, upwards=_upwards(files, own), notes=tuple(notes))  # type: ignore[arg-type]
 
 
+def say_unnamed(names: Sequence[str]) -> tuple[str, ...]:
+    """A sentence on images that are named for no map; none where there are none."""
+    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+    return (f"{', '.join(names[:3])}{more}: named for no map that is drawn, and passed over",) if names else ()
+
+
 def _describe_files(files: dict[str, Path]) -> str:
     return files["base_colour"].name
 
@@ -224,7 +248,29 @@ def _upwards(files: dict[str, Path], own: bool) -> Upwards:
     word = kind_of(files["normal"].name)[1]
     if word in _DIRECTX:
         return "directx"
-    return "opengl" if own or word in _OPENGL else ""
+    if own or word in _OPENGL:
+        return "opengl"
+    if recorded := _read_record(files["normal"]):
+        return recorded
+    # Epic's prefix and suffixes: Unreal reads normals with y down alone
+    is_unreal = files["normal"].name.startswith("T_") and word == "n" and kind_of(files["base_colour"].name)[1] == "bc"
+    return "directx" if is_unreal else ""
+
+
+def _read_record(normal: Path) -> Upwards:
+    """The direction of y that the record of an export of this program states for a file; '' without one."""
+    for folder in (normal.parent, normal.parent.parent):
+        try:
+            content = read_bytes(folder / RECORD, _RECORD_BYTES)
+            record = read_json(content, folder / RECORD, "the record", AGAIN)
+        except InputError:
+            continue
+        targets = record.get("targets") if isinstance(record, dict) else None
+        for target in targets if isinstance(targets, list) else []:
+            names = target.get("files") if isinstance(target, dict) else None
+            if isinstance(names, list) and any(str(name).endswith(normal.name) for name in names):
+                return {"directx": "directx", "opengl": "opengl"}.get(str(target.get("normal")), "")  # type: ignore[return-value]
+    return ""
 
 
 def _one(folder: Path, kind: str, paths: Sequence[Path], notes: list[str]) -> Path:
@@ -234,6 +280,11 @@ def _one(folder: Path, kind: str, paths: Sequence[Path], notes: list[str]) -> Pa
         plain = [path for path in paths if kind_of(path.name)[1] not in _DIRECTX]
         paths = upward or plain or paths
     stems = {path.stem for path in paths}
+    tiles = {_TILE.sub("", stem) for stem in stems}
+    if len(stems) > 1 and len(tiles) == 1 and all(_TILE.search(stem) for stem in stems):
+        tiled = f"{paths[0].name} and {len(stems) - 1} more"
+        problem = f"holds a set of UDIM tiles ({tiled}), of which one is read at a time"
+        raise InputError(folder, problem, "Put the textures of one tile into a folder of its own")
     if len(stems) > 1:
         names = ", ".join(path.name for path in paths[:3])
         raise InputError(folder, f"holds several images for {kind.replace('_', ' ')} ({names})", _REMEDY)

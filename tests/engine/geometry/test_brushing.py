@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 import lightarc
 from engine.core.directions import frames_along, normalize
 from engine.core.errors import UsageError
+from engine.geometry.backs import with_backs
 from engine.geometry.brushing import Brushing, parse_brushing
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import shape
@@ -73,7 +74,7 @@ def test_a_quarter_turn_exchanges_the_axes_of_a_brdf() -> None:
 
 
 def test_a_bake_keeps_the_direction_of_its_model(tmp_path: Path) -> None:
-    square = shape("plane").brush(parse_brushing("x:20"))
+    square = with_backs(shape("plane").brush(parse_brushing("x:20")))
     for brushing, name in ((None, "texture"), ("x:20", "brushed")):
         path = tmp_path / f"{name}.transport"
         lightarc.bake("plane", "ward:alpha_x=0.2,alpha_y=0.5", path, method="sh", order=3, brushing=brushing)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.exchange.coding import CODINGS, Coding
+from engine.exchange.export import ERRORS, export
 from engine.exchange.readers.folder import are_textures, holds_textures, kind_of
 from engine.exchange.readers.read import open_material, read_textures
 from engine.exchange.subject import Settings, Subject
@@ -178,3 +180,52 @@ def test_refusals_name_cause_and_remedy(tmp_path: Path) -> None:
     (tmp_path / "one" / "a_rough.png").write_bytes(b"\x89PNG\r\n\x1a\nnonsense")
     with pytest.raises(InputError, match=r"a_rough\.png: is an incomplete PNG"):
         open_material(tmp_path / "one")
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_an_export_says_where_y_of_its_normals_points(preset: str, tmp_path: Path) -> None:
+    """Also where slopes do not tell: on a plane that tilts towards one corner."""
+    maps = find_known()
+    tilted = np.array([0.3, 0.4, 0.866], np.float32)
+    normal = np.broadcast_to(tilted / np.linalg.norm(tilted), maps.normal.shape)
+    maps = dataclasses.replace(maps, normal=normal.astype(np.float32))
+    errors = {**dict.fromkeys(ERRORS, 0.0), "by_environment": {"studio": {"rmse_rel": 0.0, "flip": 0.0}}}
+    known = {"textures": errors}  # nothing is measured
+    material = material_of_maps(maps, "rock")
+    drain(export(tmp_path / "out", material, ["textures"], settings=Settings(preset), known=known))
+    found, notes = open_path(tmp_path / "out" / "textures")
+    assert np.abs(found.normal - maps.normal).max() < 0.02
+    assert not any("y of the normals" in note for note in notes)
+    with zipfile.ZipFile(tmp_path / "out.zip", "w") as archive:
+        for file in (each for each in (tmp_path / "out").rglob("*") if each.is_file()):
+            archive.write(file, file.relative_to(tmp_path / "out"))
+    found, notes = open_path(tmp_path / "out.zip")
+    assert np.abs(found.normal - maps.normal).max() < 0.02
+    assert not any("y of the normals" in note for note in notes)
+
+
+def test_names_of_unreal_have_normals_with_y_down(tmp_path: Path) -> None:
+    tilted = np.tile(np.array([128, 200, 230], np.uint8), (4, 4, 1))
+    for name, texels in (("T_Rock_BC", grey(90)), ("T_Rock_N", tilted), ("T_Rock_ORM", grey(200))):
+        png(tmp_path / f"{name}.png", texels)
+    assert open_path(tmp_path)[0].normal[0, 0, 1] < -0.4
+
+
+def test_images_that_are_named_for_no_map_are_named(tmp_path: Path) -> None:
+    for name in ("T_Metal_BC", "T_Metal_E", "T_Metal_N", "T_Metal_Opacity", "T_Metal_ORM"):
+        png(tmp_path / f"{name}.png", grey(100))
+    said = [note for note in open_path(tmp_path)[1] if "named for no map" in note]
+    assert len(said) == 1
+    assert "T_Metal_E.png" in said[0]
+    assert "T_Metal_Opacity.png" in said[0]
+    with zipfile.ZipFile(tmp_path / "all.zip", "w") as archive:
+        for file in tmp_path.glob("*.png"):
+            archive.write(file, file.name)
+    assert any("T_Metal_Opacity.png" in note for note in open_path(tmp_path / "all.zip")[1])
+
+
+def test_a_set_of_tiles_is_called_one(tmp_path: Path) -> None:
+    for name in ("body_BaseColor.1001", "body_BaseColor.1002", "body_Roughness.1001", "body_Roughness.1002"):
+        png(tmp_path / f"{name}.png", grey(100))
+    with pytest.raises(InputError, match="UDIM"):
+        open_material(tmp_path)
