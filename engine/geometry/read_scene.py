@@ -26,6 +26,7 @@ import psutil
 from numpy.typing import NDArray
 
 from engine.core.errors import InputError
+from engine.geometry.gltf_accessors import plain_tree
 from engine.geometry.mesh_text import off_counts, ply_counts
 from engine.storage.text import utf8
 from engine.storage.untrusted import AGAIN, DECODER_MEMORY_BYTES, FILE_LIMIT_BYTES, GIBIBYTE, open_checked, read_head
@@ -42,9 +43,6 @@ _PACKED = {
     "EXT_meshopt_compression": "meshopt compression",
     "EXT_mesh_gpu_instancing": "instances on the graphics device",
 }
-
-_TRIANGLES, _STRIP, _FAN = 4, 5, 6
-
 
 #: Nodes of a glTF file, and levels of nodes within nodes: trimesh's time grows with the product of both.
 MAX_NODES, MAX_NODE_LEVELS = 100_000, 100
@@ -104,7 +102,7 @@ def scene_parts(content: bytes, name: str, beside: Mapping[str, bytes] = Mapping
     """Positions, faces, and normals and texture coordinates of corners, of each mesh wherever it is placed."""
     kind = Path(name).suffix.lower().lstrip(".")
     if kind in ("glb", "gltf"):
-        content = _reduce(content, kind, name)
+        content = _reduce(content, kind, name, beside)
     scene = _scene(content, kind, name, beside)
     placed = [scene.graph.get(node) for node in scene.graph.nodes_geometry]
     return [_part(scene.geometry[mesh], world_from_part) for world_from_part, mesh in placed]
@@ -124,13 +122,14 @@ def _scene(content: bytes, kind: str, name: str, beside: Mapping[str, bytes]) ->
             raise InputError(name, f"is damaged or of an unknown kind ({error})", AGAIN) from None
 
 
-def _reduce(content: bytes, kind: str, name: str) -> bytes:
-    """A glTF file without its materials and images, and with texture coordinates where trimesh keeps them."""
+def _reduce(content: bytes, kind: str, name: str, beside: Mapping[str, bytes]) -> bytes:
+    """A glTF file in plain form, without materials and images, with texture coordinates where trimesh keeps them."""
     end = 20 + int.from_bytes(content[12:16], "little")
     text = content[20:end] if kind == "glb" else content
     tree = json.loads(text.decode("utf-8-sig"))
     _refuse_deep_nodes(tree, name)
     _refuse_what_is_passed_over(tree, name)
+    plain_tree(tree, content[end + 8 :] if kind == "glb" else b"", beside, name)
     for part in (one for mesh in tree.get("meshes", ()) for one in mesh["primitives"]):
         part.pop("material", None)
         part["attributes"] = {
@@ -185,23 +184,17 @@ def _refuse_deep_nodes(tree: dict[str, Any], name: str) -> None:
 
 
 def _refuse_what_is_passed_over(tree: dict[str, Any], name: str) -> None:
-    """trimesh reads zeros for sparse accessors, and whole numbers where they stand for fractions."""
+    """Packed parts, and accessors without numbers, for which trimesh takes zeros."""
     for extension in tree.get("extensionsRequired", ()):
         if extension in _PACKED:
             raise InputError(name, f"uses {_PACKED[extension]}, which is not read", "Export it without that")
     accessors = tree.get("accessors", ())
     for primitive in (one for mesh in tree.get("meshes", ()) for one in mesh["primitives"]):
-        if primitive.get("mode") == _FAN:
-            raise InputError(name, "has fans of triangles, which are not read", "Export it with plain triangles")
         attributes = primitive["attributes"]
         used = [attributes[key] for key in ("POSITION", "NORMAL", "TEXCOORD_0") if key in attributes]
         used += [primitive["indices"]] if "indices" in primitive else []
         for accessor in [accessors[index] for index in used]:
-            if "sparse" in accessor:
-                raise InputError(name, "has sparse accessors, which are not read", "Export it without them")
-            if accessor.get("normalized"):
-                raise InputError(name, "has numbers in shortened form (quantized)", "Export it without quantization")
-            if "bufferView" not in accessor:
+            if "bufferView" not in accessor and "sparse" not in accessor:
                 raise InputError(name, "is damaged: an accessor has no data", AGAIN)
 
 

@@ -42,9 +42,9 @@ def holds_zipped_textures(path: Path) -> bool:
 def read_zip(path: Path) -> Steps[Material]:
     """The material of a zip; InputError where it is damaged, or holds several."""
     names = zip_names(path, _PROCESS)
-    noted = [*_notes(names), *say_unnamed(_unnamed(names))]
+    noted = [*_notes(names), *say_unnamed(_list_unnamed(names))]
     with tempfile.TemporaryDirectory(prefix="lightarc-textures-", ignore_cleanup_errors=True) as folder:
-        yield from unpack(path, Path(folder), _wanted, _PROCESS)
+        yield from unpack(path, Path(folder), _choose_files, _PROCESS)
         described: Described = describe_unpacked(path, Path(folder))
         try:
             maps, health = yield from maps_of(dataclasses.replace(described, notes=(*described.notes, *noted)))
@@ -63,12 +63,12 @@ def _textures(names: Sequence[str]) -> list[str]:
     ]
 
 
-def _wanted(names: Sequence[str]) -> list[str]:
+def _choose_files(names: Sequence[str]) -> list[str]:
     """The textures, and the record of the export that wrote them."""
     return [*_textures(names), *[name for name in names if PurePosixPath(name).name == RECORD]]
 
 
-def _unnamed(names: Sequence[str]) -> list[str]:
+def _list_unnamed(names: Sequence[str]) -> list[str]:
     """Names of images that are named for no map."""
     paths = [PurePosixPath(name) for name in names]
     images = [each for each in paths if each.suffix.lower() in suffixes("image") and not each.name.startswith(SHADOW)]

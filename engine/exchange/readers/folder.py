@@ -159,7 +159,7 @@ def _are_of_a_material(found: dict[str, list[Path]]) -> bool:
 def describe_folder(folder: Path) -> Described:
     """The material in a folder of textures; InputError where it holds none, or several."""
     own = (folder / "surface.json").is_file()
-    return _describe(folder, folder.absolute().name or "material", textures_in(folder), own, unnamed_in(folder))
+    return _describe(folder, folder.absolute().name or "material", textures_in(folder), own, list_unnamed(folder))
 
 
 def describe_unpacked(archive: Path, folder: Path) -> Described:
@@ -167,7 +167,7 @@ def describe_unpacked(archive: Path, folder: Path) -> Described:
     return _describe(archive, archive.stem or "material", textures_in(folder), False)
 
 
-def unnamed_in(folder: Path) -> list[str]:
+def list_unnamed(folder: Path) -> list[str]:
     """Names of the images of a folder that are named for no map."""
     files = sorted(each for each in folder.iterdir() if each.suffix.lower() in suffixes("image"))[:MAX_FILES]
     return [each.name for each in files if not kind_of(each.name)[0]]

@@ -55,7 +55,7 @@ class Surface:
     ignored: Mapping[str, str | None] = field(default_factory=dict)
 
 
-def _ignored(details: str, **values: str) -> Mapping[str, str | None]:
+def _losses(details: str, **values: str) -> Mapping[str, str | None]:
     return MappingProxyType({**dict.fromkeys(details.split()), **values})
 
 
@@ -71,7 +71,7 @@ SURFACES = {
         "occlusion",
         ("emissive",),
         passing="transmission",
-        ignored=_ignored(
+        ignored=_losses(
             "emissive_strength thickness attenuation_distance attenuation_color dispersion alpha_cutoff",
             alpha="1",
             alpha_mode="0",
@@ -88,7 +88,7 @@ SURFACES = {
         ("emission_luminance",),
         ("subsurface_weight", "subsurface_color"),
         "transmission_weight",
-        _ignored(
+        _losses(
             "emission_color transmission_color transmission_depth transmission_scatter transmission_scatter_anisotropy "
             "transmission_dispersion_scale transmission_dispersion_abbe_number subsurface_color subsurface_radius "
             "subsurface_radius_scale subsurface_scatter_anisotropy",
@@ -107,7 +107,7 @@ SURFACES = {
         ("emission",),
         ("subsurface", "subsurface_color"),
         "transmission",
-        _ignored(
+        _losses(
             "emission_color transmission_color transmission_depth transmission_scatter transmission_scatter_anisotropy "
             "transmission_dispersion transmission_extra_roughness subsurface_color subsurface_radius "
             "subsurface_scale subsurface_anisotropy",
@@ -128,7 +128,7 @@ SURFACES = {
         {},
         "occlusion",
         ("emissiveColor",),
-        ignored=_ignored(
+        ignored=_losses(
             "specularColor",
             useSpecularWorkflow="0",
             opacity="1",

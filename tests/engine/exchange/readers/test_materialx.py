@@ -220,7 +220,7 @@ def inputs_of(surface: str) -> list[tuple[str, str, str]]:
     return [(each.getName(), each.getType(), each.getValueString()) for each in declared]
 
 
-def changed(kind: str, usual: str) -> str:
+def change_value(kind: str, usual: str) -> str:
     """Another value than the default."""
     if kind == "boolean":
         return "false" if usual == "true" else "true"
@@ -262,7 +262,7 @@ def test_every_input_of_a_surface_is_read_or_named(surface: str, tmp_path: Path)
     for name, kind, usual in inputs_of(surface):
         if name in present and name != "sheen_roughness":
             continue
-        found = describe({**present, name: changed(kind, usual)})
+        found = describe({**present, name: change_value(kind, usual)})
         lossy = " ".join(found.notes)
         parts = ("transmission", "subsurface", "emissi", "thickness", "attenuation", "dispersion", "specularColor")
         parts = ("transmission", "subsurface", "emissi", "thickness", "attenuation", "dispersion", "specularColor")
