@@ -168,6 +168,7 @@ def record(found: EffectsPlan) -> dict[str, Any]:
         "predicted_frame_s": found.cost.frame_s,
         "predicted_relight_s": found.cost.relight_s,
         "predicted_bake_s": found.cost.bake_s,
+        "predicted_another_brdf_s": found.cost.another_s,
         "predicted_memory_bytes": found.cost.memory_bytes,
         "predicted_size_bytes": found.cost.size_bytes,
         "times_within_factor": found.times_within,
@@ -211,12 +212,19 @@ def report(result: dict[str, Any]) -> str:
         f"({percent_range(*result['error_interval_rel'])} in 95 of 100 scenes), {_probability(result)}"
         f"{time_text(result['predicted_frame_s'])} a frame, "
         f"{time_text(result['predicted_relight_s'])} for a rotated environment, "
-        f"{time_text(result['predicted_bake_s'])} to bake, {size_text(result['predicted_size_bytes'])} "
+        f"{time_text(result['predicted_bake_s'])} to bake{_price_another(result)}, "
+        f"{size_text(result['predicted_size_bytes'])} "
         f"(times within a factor of {number(result['times_within_factor'])})",
     ]
     return "\n".join(
         [*lines, *_ceilings(result), *_list_exclusions(result), *_alternatives(result), *_shortfall(result)]
     )
+
+
+def _price_another(result: dict[str, Any]) -> str:
+    """Return ' (another BRDF afterwards: 1.8 s)' for a mode that is baked for one; its visibility is kept."""
+    another_s = result.get("predicted_another_brdf_s")
+    return "" if another_s is None else f" (another BRDF afterwards: {time_text(another_s)})"
 
 
 def _probability(result: dict[str, Any]) -> str:

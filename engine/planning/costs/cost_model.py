@@ -41,7 +41,7 @@ from engine.transport.sh.bake import default_edge
 from engine.transport.wavelet.haar import FACES
 
 #: Changes when the rates of a kept model no longer mean what they did.
-FORMAT = 7
+FORMAT = 8
 
 #: Bytes of a kept model at most.
 FILE_LIMIT_BYTES = 1 << 16
@@ -94,7 +94,6 @@ NAMES = (
     "relight-sh",
     "relight-wavelet",
     "gaussian-table",
-    "gaussian-rays",
     "gaussian-fit",
     "gaussian-indirect",
     "gaussian-indirect-fit",
@@ -117,7 +116,8 @@ class Cost:
     """Cost of a setting: seconds of bake, of a rotated environment and of a frame.
 
     A bake begins when the BRDF is tabulated or factored. `memory_bytes` are held by the process while it is
-    drawn, mesh and light in its rows included; `size_bytes` are the transport file's.
+    drawn, mesh and light in its rows included; `size_bytes` are the transport file's. `another_s` is a bake of another
+    BRDF on the same model, whose visibility is kept; None where that takes no bake.
     """
 
     bake_s: float
@@ -125,6 +125,7 @@ class Cost:
     frame_s: float
     memory_bytes: int
     size_bytes: int
+    another_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -198,7 +199,8 @@ class CostModel:
         else:
             found = self._reference(setting, load) if is_traced(setting.mode) else self._direct(setting, load)
         bake, frame = (math.exp(seen.get(setting.mode, (0.0, 0))[0]) for seen in (self.bakes, self.frames))
-        return replace(found, bake_s=found.bake_s * bake, frame_s=found.frame_s * frame)
+        another_s = None if found.another_s is None else found.another_s * bake
+        return replace(found, bake_s=found.bake_s * bake, frame_s=found.frame_s * frame, another_s=another_s)
 
     def frame_s(self, mode: str, each: float, load: Load) -> float:
         """Seconds of a frame of one of `FRAMES`, with so many terms, lobes or coefficients."""

@@ -44,7 +44,10 @@ from engine.render.reference import ReferenceImage, reference
 from engine.scene.scene import Scene
 from engine.transport.baking import visibility_kernel
 from engine.transport.baking.file import plan_transport, writing
+from engine.transport.baking.held_visibility import hold_visibility
+from engine.transport.baking.settings import GaussianSettings
 from engine.transport.baking.visibility import Receivers, find_unshaded, portion, receivers, visibility_shares
+from engine.transport.gaussian.bake import EDGE
 from engine.transport.gaussian.fitting.fit import Fit, FitSettings, TransportSamples, fit_vertices
 from engine.transport.gaussian.indirect import indirect_samples
 from engine.transport.gaussian.samples import GlossySurface, direct_samples
@@ -439,22 +442,21 @@ def _measure_write_s() -> float:
 
 
 def _gaussians(place: _Place, tables: Tables) -> Steps[None]:
-    """Seconds for a vertex: transport tabulated towards all views, its rays, and lobes fitted to it."""
+    """Seconds for a vertex: transport tabulated towards all views, and lobes fitted to it."""
     yield Step(0.0, "measuring bakes of Gaussians")
     mesh, count = place.mesh, 4 * threads()
     brdf, frames = brdf_from_text(GLOSSY), tangent_frames(mesh)
     chosen = np.linspace(0, len(mesh.positions) - 1, count).astype(np.int64)
-    shaded, plain = (
-        GlossySurface(mesh, len(mesh.positions), 0.0, brdf, {}, of, frames)
-        for of in (place.of, find_unshaded(mesh, place.of.caster))
-    )
-    table_s, whole_s = (shortest(partial(direct_samples, of, chosen, DIRECTIONS), 1) / count for of in (plain, shaded))
+    seen = yield from hold_visibility(place.of, EDGE, GaussianSettings.fine, chosen)
+    shaded = GlossySurface(mesh, len(mesh.positions), 0.0, brdf, {}, place.of, frames, seen)
+    table_s = shortest(partial(direct_samples, shaded, chosen, DIRECTIONS), 1) / count
+    plain = replace(shaded, of=find_unshaded(mesh, place.of.caster), seen=None)
+    drawn_s = shortest(partial(direct_samples, plain, chosen, DIRECTIONS), 1) / count
     indirect_samples(shaded, chosen[:1], DIRECTIONS)  # makes what is remembered
     few = chosen[:: max(1, count // (2 * threads()))]
     indirect_s = _first_s(lambda: indirect_samples(shaded, few, DIRECTIONS)) / len(few)
     tables["gaussian-table"] = _once(table_s)
-    tables["gaussian-indirect"] = _once(max(indirect_s - table_s, 0.0) / _close(place.of, few))
-    tables["gaussian-rays"] = _once(max(whole_s - table_s, 0.0) / max(float(np.mean(~place.of.free[chosen])), 1e-3))
+    tables["gaussian-indirect"] = _once(max(indirect_s - drawn_s, 0.0) / _close(place.of, few))
     samples, indirect = direct_samples(shaded, chosen, DIRECTIONS), indirect_samples(shaded, few, DIRECTIONS)
     rates = tuple((float(lobes), _fit_s(samples, lobes)) for lobes in LOBES)
     tables["gaussian-fit"] = rates

@@ -27,7 +27,6 @@ from engine.transport.gaussian.fitting.views import VIEWS
 from engine.transport.gaussian.transfer import GaussianTransport
 from engine.transport.method import Subject
 from engine.transport.relight import RelightGaussians, relight_gaussians
-from engine.transport.sh.bake import default_edge
 from engine.transport.sh.transfer import is_diffuse
 
 if TYPE_CHECKING:
@@ -40,16 +39,21 @@ SPREAD = Spread(by_camera=(0.3, 5.2), around=(0.02, 1.0))
 _PARTS = {"glossy", "anisotropy", "fresnel", "retro-reflection"}
 
 
+#: Time of drawing the samples of a vertex from a BRDF over that of taking them from its table.
+DRAWN = 7.2
+
+
 def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
     """Lobes of all views of a vertex, and vectors of the diffuse part."""
     lobes, bounces = setting["lobes"], bool(setting["interreflection"])
     shaded = load.model * load.occluded
-    bake_s = load.model * (model.rate("gaussian-table") + model.rate("gaussian-fit", lobes))
-    bake_s += shaded * model.rate("gaussian-rays") * load.ray_scale
-    bake_s += model.rays_s(default_edge(DIFFUSE_ORDER), load) + load.vertices * model.vector_s(DIFFUSE_ORDER)
+    drawn_s, rays_s = DRAWN * model.rate("gaussian-table"), model.rays_s(gaussian_bake.EDGE, load)
+    samples_s = model.rate("gaussian-table") if load.isotropic else drawn_s
+    bake_s = rays_s + load.model * (samples_s + model.rate("gaussian-fit", lobes))
+    bake_s += load.vertices * model.vector_s(DIFFUSE_ORDER)
     if bounces:
         fitted_s = model.rate("gaussian-fit", lobes) * model.rate("gaussian-indirect-fit")
-        bake_s += shaded * (model.rate("gaussian-table") + fitted_s)
+        bake_s += shaded * (drawn_s + fitted_s)
         bake_s += load.model * load.closed * model.rate("gaussian-indirect")
         bake_s += (BOUNCES + 1) * load.vertices * model.bounce_s("vector", DIFFUSE_ORDER, load)
     values = load.vertices * DIFFUSE_ORDER**2 * (3 if bounces else 1)
@@ -59,7 +63,7 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
     frame_s = model.frame_s("gaussian", lobes * (2 if bounces else 1), load)
     sizes = gaussians(setting, load)
     bake_s += model.rate("file-byte") * sizes.file
-    return Cost(bake_s, relight_s, frame_s, sizes.memory, sizes.file)
+    return Cost(bake_s, relight_s, frame_s, sizes.memory, sizes.file, bake_s if bounces else bake_s - rays_s)
 
 
 def error(errors: ModeErrors, setting: Setting) -> float:

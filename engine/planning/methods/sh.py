@@ -57,7 +57,8 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
     values = rows * order**2 * channels(setting, load)
     relight_s = model.measure_turning_s("light-sh", order, load) + model.rate("relight-sh", order) * values
     frame_s = model.frame_s("sh-flat" if load.diffuse else "sh", order**2, load)
-    return Cost(bake_s, relight_s, frame_s, sizes.memory, sizes.file)
+    another_s = bake_s if setting["interreflection"] else None
+    return Cost(bake_s, relight_s, frame_s, sizes.memory, sizes.file, another_s)
 
 
 def _matrix_s(model: CostModel, order: int) -> float:

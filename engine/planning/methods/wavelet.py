@@ -50,13 +50,15 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
     kept = min(setting["coefficients"], FACES * edge * edge)
     rows = load.model * terms + load.ground
     cutting = model.rate("wavelet-coefficients", kept) / model.rate("wavelet-coefficients", 96)
-    bake_s = model.rate("wavelet-fixed") + model.rays_s(edge, load)
+    rays_s = model.rays_s(edge, load)
+    bake_s = model.rate("wavelet-fixed") + rays_s
     bake_s += rows * model.rate("wavelet-row", edge) * cutting
     relight_s = model.measure_turning_s("light-wavelet", edge, load) + model.rate("relight-wavelet", kept) * rows
     relight_s += load.lamps * load.vertices * model.rate("ray") * load.ray_scale
     sizes = wavelets(setting, load)
     bake_s += model.rate("file-byte") * sizes.file
-    return Cost(bake_s, relight_s, model.frame_s("wavelet", terms, load), sizes.memory, sizes.file)
+    frame_s = model.frame_s("wavelet", terms, load)
+    return Cost(bake_s, relight_s, frame_s, sizes.memory, sizes.file, bake_s - rays_s)
 
 
 def error(errors: ModeErrors, setting: Setting) -> float:

@@ -74,6 +74,24 @@ def test_T5_open_vertices_cost_no_rays(model: CostModel) -> None:
     assert closed.bake_s - open_.bake_s == pytest.approx(1000 * scale * model.rate("visibility", 32))
 
 
+def test_another_brdf_costs_no_rays(model: CostModel) -> None:
+    """The price is that of an open model, where no ray is cast, but for finding that it is open."""
+    size = 20_000, 500_000
+    receivers_s = size[0] * model.rate("receivers")
+    for setting in (
+        Setting("wavelet", {"terms": 4, "coefficients": 96, "cube": 64}),
+        Setting("gaussian", {"lobes": 1, "interreflection": 0}),
+    ):
+        closed = model.predict(setting, *size)
+        assert closed.another_s == pytest.approx(model.predict(setting, *size, occluded=0.0).bake_s - receivers_s)
+        assert closed.another_s is not None
+        assert 0.0 < closed.another_s < closed.bake_s
+    sh = {"order": 5, "interreflection": 0}
+    assert model.predict(Setting("sh", sh), *size).another_s is None
+    bounced = model.predict(Setting("sh", {**sh, "interreflection": 1}), *size)
+    assert bounced.another_s == bounced.bake_s
+
+
 def test_a_kept_model_is_found_again(model: CostModel, tmp_path: Path) -> None:
     scaled = replace(model, calibrated=False, measured_at_s=1e9, bakes={"sh": (0.3, 2)}, frames={"direct": (-0.2, 3)})
     save(scaled, tmp_path / "new" / "cost.json")
