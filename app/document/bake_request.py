@@ -218,13 +218,17 @@ def setting_for(choices: BakeChoices) -> Setting:
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """A bake that could begin: its work, its baker and its predicted seconds; or the reason why it cannot begin."""
+    """A bake that could begin: its work, its baker and its predicted seconds; or the reason why it cannot begin.
+
+    One of a model whose visibility is kept casts no rays.
+    """
 
     wanted: Wanted
     work: Any
     bake_s: float
     start: Callable[[Path], Steps[Any]] | None = None
     why_not: str = ""
+    casts_rays: bool = True
 
     @property
     def size_bytes(self) -> int:
@@ -235,7 +239,9 @@ class Estimate:
 class Made:
     """A finished bake: the transport of one method, its time, its size and its check against the reference.
 
-    `bake_s` is None where nobody knows it, `check` where there is none.
+    `bake_s` is None where nobody knows it, `check` where there is none. `another_s` are the seconds of a bake of
+    another BRDF, without rays, and `error` the method's own record of its error in place of the check; None where
+    nobody found them.
     """
 
     wanted: Wanted
@@ -243,6 +249,8 @@ class Made:
     bake_s: float | None
     size_bytes: int
     check: BakeCheck | None = None
+    another_s: float | None = None
+    error: Mapping[str, Any] | None = None
 
     def differences(self, scene: Scene) -> list[str]:
         """Return what the check says of an image of `scene`; nothing of another BRDF, which was not checked."""
@@ -284,7 +292,8 @@ def estimate(wanted: Wanted) -> Steps[Estimate]:
     except (UsageError, InputError) as reason:
         return Estimate(wanted, None, 0.0, why_not=f"{str(reason)[:1].upper()}{str(reason)[1:]}.")
     yield Step(0.8, "estimating")
-    return Estimate(wanted, work, wanted.choices.method.baking.estimate_s(work), start)
+    baking = wanted.choices.method.baking
+    return Estimate(wanted, work, baking.estimate_s(work), start, casts_rays=baking.casts_rays(work))
 
 
 def _prepare(wanted: Wanted) -> Steps[tuple[Any, Callable[[Path], Steps[Any]]]]:
@@ -303,10 +312,11 @@ def _prepare(wanted: Wanted) -> Steps[tuple[Any, Callable[[Path], Steps[Any]]]]:
     return ready.work, ready.start
 
 
-def bake(path: Path, estimate: Estimate, own: Sequence[EnvironmentMap] = ()) -> Steps[Made]:
+def bake(path: Path, estimate: Estimate, own: Sequence[EnvironmentMap] = (), *, is_checked: bool = True) -> Steps[Made]:
     """Bake into the file `path` and check it, also under environments `own`; an interrupted equal bake goes on.
 
-    A bake without effects that the user left out is not checked, because the reference shows them.
+    A bake without effects that the user left out is not checked, because the reference shows them. One that is not to
+    be checked has the method's own error at some vertices, which takes a second.
     The machine profile learns from one that it predicted and that ran from its start to its end.
     """
     from app.session.machine_profile import learn
@@ -319,9 +329,22 @@ def bake(path: Path, estimate: Estimate, own: Sequence[EnvironmentMap] = ()) -> 
     made = yield from part(estimate.start(path), 0.0, 0.95)
     if wanted.predicted_s is not None and not made.resumed_chunks:
         learn(wanted.choices.method.name, wanted.predicted_s, made.bake_s, since)
-    check = None
-    if not any(effect.decision == "forced off" for effect in (wanted.plan.effects if wanted.plan else ())):
+    check, error = None, None
+    if not is_checked:
+        error = yield from part(_measure(wanted, estimate.work), 0.95, 1.0)
+    elif not any(effect.decision == "forced off" for effect in (wanted.plan.effects if wanted.plan else ())):
         settings = settings_with(wanted.choices.settings, wanted.variations)
         steps = check_file(path, made.transport, wanted.choices.method, wanted.subject, settings, own)
         check = yield from part(steps, 0.95, 1.0)
-    return Made(wanted, made.transport, made.bake_s, made.file.size_bytes, check)
+    casts_rays = made.resumed_chunks or getattr(wanted.choices.settings, "interreflection", False)
+    another_s = None if casts_rays else max(made.bake_s - made.visibility_s, 0.0)
+    return Made(wanted, made.transport, made.bake_s, made.file.size_bytes, check, another_s, error)
+
+
+def _measure(wanted: Wanted, work: Any) -> Steps[dict[str, Any]]:
+    """The record of the method's own error in the studio."""
+    from engine.light.environment_file import open_environment
+    from engine.transport.reuse import VERTICES
+
+    baking, settings = wanted.choices.method.baking, settings_with(wanted.choices.settings, wanted.variations)
+    return (yield from baking.measure(work, wanted.subject, settings, open_environment("studio"), VERTICES))

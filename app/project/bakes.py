@@ -115,7 +115,9 @@ def _open(place: Path, wanted: Wanted, seconds: float | None) -> Made:
     return Made(wanted, wanted.choices.method.baking.transport_of(file), seconds, file.size_bytes, file.check)
 
 
-def bake_and_keep(estimate: Estimate, folder: Path, own: Sequence[EnvironmentMap] = ()) -> Steps[Made]:
+def bake_and_keep(
+    estimate: Estimate, folder: Path, own: Sequence[EnvironmentMap] = (), *, is_checked: bool = True
+) -> Steps[Made]:
     """Bake into `folder`, checked under the environments `own` as well; an equal bake that was interrupted goes on.
 
     OutputError where that cannot be written.
@@ -126,7 +128,7 @@ def bake_and_keep(estimate: Estimate, folder: Path, own: Sequence[EnvironmentMap
         place = place_of(wanted, folder)
     except (TypeError, OSError):
         place = folder / f"{KIND}-of-{wanted.choices.method.name}{_SUFFIX}"  # nobody finds it again
-    made = yield from bake(place, estimate, own)
+    made = yield from bake(place, estimate, own, is_checked=is_checked)
     note(place, KIND, made.bake_s or 0.0, encode_note(wanted))
     tidy(folder)
     return made

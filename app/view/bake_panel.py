@@ -6,7 +6,7 @@ from typing import Any
 
 from PySide6.QtWidgets import QComboBox
 
-from app.document.bake_request import Wanted
+from app.document.bake_request import Made, Wanted
 from app.view.baking import Baking
 from app.view.planning import LOOKING
 from app.widgets.controls import ComboBox
@@ -19,6 +19,10 @@ from engine.transport.method import Method
 
 #: Effects that a plan may advise to leave out.
 ADVISED = ("self-shadowing", "glossy", "anisotropy")
+
+
+#: Error of a bake that follows another BRDF above which the panel warns.
+POOR = 0.25
 
 
 def choices_of(method: Method) -> tuple[Parameter, ...]:
@@ -62,7 +66,8 @@ class BakePanel(Rows):
         """Show the state of the bake."""
         baking = self.baking
         self.words.setText(state_text(baking))
-        role(self.words, "warning" if baking.is_made and baking.difference else "secondary")
+        is_doubtful = baking.is_made and (baking.difference or _is_poor(baking.made))
+        role(self.words, "warning" if is_doubtful else "secondary")
         running = baking.job is not None or baking.is_awaited
         self.go.setText("Stop baking" if running else "Bake")
         self.go.setVisible(running or not baking.is_made)
@@ -94,8 +99,8 @@ def state_text(baking: Baking) -> str:
     if baking.is_made and made is not None:
         took = f"Baked in {time_text(made.bake_s)}" if made.bake_s else "Baked"
         words = f"{took}, {size_text(made.size_bytes)}."
-        said = (words, describe_left_out(made.wanted), baking.difference, "Light and camera move freely.")
-        return " ".join(filter(None, said))
+        found = (_describe_error(made), describe_left_out(made.wanted), baking.difference, _price_another(made))
+        return " ".join(filter(None, (words, *found, "Light and camera move freely.")))
     takes = LOOKING if baking.is_planning else "Estimating…"
     if estimate is not None and estimate.why_not:
         takes = estimate.why_not
@@ -104,6 +109,25 @@ def state_text(baking: Baking) -> str:
         takes = " ".join(filter(None, (words, describe_left_out(estimate.wanted), advice_text(baking))))
     reason = baking.why_stale or ("" if not baking.is_drawn else "This was not baked yet.")
     return " ".join(filter(None, (reason, takes, f"Until then the image shows {_show_values(baking)}.")))
+
+
+def _price_another(made: Made) -> str:
+    """'Another BRDF takes about 3 s.', where it takes a bake whose time is known."""
+    if made.another_s is None or not made.why_baked_for_one:
+        return ""
+    return f"Another BRDF takes about {time_text(made.another_s)}."
+
+
+def _describe_error(made: Made) -> str:
+    """The method's own error where the bake was not compared with the reference."""
+    if made.error is None or "error_rmse_rel" not in made.error:
+        return ""
+    said = f"Error {percent(made.error['error_rmse_rel'])} in the {made.error['error_env']}"
+    return f"{said}: another mode, or more of this one, shows this BRDF better." if _is_poor(made) else f"{said}."
+
+
+def _is_poor(made: Made | None) -> bool:
+    return made is not None and made.error is not None and made.error.get("error_rmse_rel", 0.0) > POOR
 
 
 def describe_left_out(wanted: Wanted) -> str:

@@ -4,6 +4,9 @@ For each method one bake is drawn; all are kept beside the project (`app.project
 is read instead of made. It belongs to a model on a ground and, unless the method can put in another BRDF, to a BRDF.
 Estimates, bakes and light all come from jobs; of the light only the newest matters, and until it is there the image
 keeps the one before. Effects that a user switched off in the plan of the scene (`app.view.planning`) are left out.
+
+Where a bake is on screen and its visibility is kept, another BRDF is baked without a click, in the background and
+without rays; the next one that a user chooses takes its place.
 """
 
 from __future__ import annotations
@@ -59,6 +62,11 @@ def relight_transport(made: Made, scene: Scene, asked: Any) -> Steps[RelightTran
     return (yield from made.relighter(light_of(scene), asked, scene.brdf))
 
 
+def serves(made: Wanted, wanted: Wanted) -> bool:
+    """True if a bake of `made` shows all of `wanted`."""
+    return made.fits(wanted) and made.reflects_as(wanted) and made.covers(wanted)
+
+
 #: Said of a bake that is stopped.
 RESUMED = "What is baked is kept, and the next bake goes on from there."
 
@@ -82,6 +90,9 @@ class Baking(QObject):
         self._asked: Wanted | None = None
         self._folder = bench.folder
         self.is_awaited = False
+        self._awaits_plan = False
+        self._follows: Wanted | None = None
+        self._declined: Wanted | None = None
         self._relit: tuple[Wanted, RelightTransport] | None = None
         self._light: tuple[Scene, object] | None = None
         self._estimating = Latest(bench.jobs, "Estimating a bake")
@@ -95,6 +106,7 @@ class Baking(QObject):
         """
         if self._folder != self.bench.folder:  # another project, with bakes of its own
             self._folder, self.made, self.estimate, self._asked = self.bench.folder, None, None, None
+        self._awaits_plan = is_planning
         self._scene, self.is_planning = scene, is_planning and not (self.is_awaited and not self._has_wishes)
         if not is_planning:
             self.plan = plan
@@ -124,6 +136,10 @@ class Baking(QObject):
         scene = self._scene
         if scene is not None:
             self._wanted = self._of(scene)
+            if self._awaits_plan and self._differs_by_brdf(self._wanted) and not self._has_wishes:
+                self.is_planning, self._wanted = False, self._of(scene, is_planned=False)  # leaves nothing out
+            if self._follows is not None and not serves(self._follows, self._wanted):
+                self.cancel()
             if self._usable(self._wanted):
                 self._relight(scene)
             if not self.is_made and self.job is None and not self.is_planning:
@@ -138,9 +154,25 @@ class Baking(QObject):
             self.is_planning, self.plan = False, None
         self._want()
 
+    def _differs_by_brdf(self, wanted: Wanted) -> bool:
+        """True if the bake that there is needs nothing but another BRDF."""
+        made = self.made
+        if made is None or not made.wanted.fits(wanted) or made.wanted.choices != wanted.choices:
+            return False
+        return not made.wanted.reflects_as(wanted) and bool(self._why_stale(made, wanted))
+
+    def _follow(self, estimate: Estimate) -> None:
+        """Bake another BRDF unasked, where that casts no ray."""
+        wanted = estimate.wanted
+        is_cheap = not (estimate.casts_rays or estimate.why_not)
+        is_declined = self._declined is not None and serves(self._declined, wanted)
+        if is_cheap and self._differs_by_brdf(wanted) and not is_declined:
+            self._submit(estimate, is_followed=True)
+
     def begin_or_stop(self) -> None:
         """Bake; or stop the bake that runs, or the one that is about to begin."""
         if self.job is not None:
+            self._declined = self._follows
             self.cancel()
         elif self.is_awaited:
             self.is_awaited = False
@@ -154,8 +186,9 @@ class Baking(QObject):
             if not self.is_made:
                 self.bake()
 
-    def _of(self, scene: Scene) -> Wanted:
-        return make_request(scene.mesh, scene.ground, scene.brdf, self.choices, self.plan, self._variations)
+    def _of(self, scene: Scene, *, is_planned: bool = True) -> Wanted:
+        plan = self.plan if is_planned else None
+        return make_request(scene.mesh, scene.ground, scene.brdf, self.choices, plan, self._variations)
 
     @property
     def _variations(self) -> tuple[Variation, ...]:
@@ -231,6 +264,8 @@ class Baking(QObject):
         if self._asked is wanted:
             self.estimate = estimate
             self._begin_awaited()
+            if self.job is None and self.ready is not None:
+                self._follow(self.ready)
             self.changed.emit()
 
     @property
@@ -246,18 +281,22 @@ class Baking(QObject):
         estimate = self.ready
         if estimate is None or estimate.why_not or self.job is not None:
             return
+        self._submit(estimate)
+
+    def _submit(self, estimate: Estimate, *, is_followed: bool = False) -> None:
+        """Start a bake that the user asked for; or one that follows a BRDF, which nobody waits for."""
         folder, around = self.bench.own, self._scene.environment if self._scene is not None else None
         own = () if around is None else (around,)
         title, again = f"Baking {self.method.noun}", {"kind": "bake", "method": self.method.name}
         job = self.bench.jobs.submit(
             title,
-            lambda: bake_and_keep(estimate, folder, own),
-            lane="compute",
-            again=again,
-            resource="bakes",
+            lambda: bake_and_keep(estimate, folder, own, is_checked=not is_followed),
+            lane="background" if is_followed else "compute",
+            again=None if is_followed else again,
+            resource="bakes that follow" if is_followed else "bakes",
             on_stop=RESUMED if folder == self.bench.folder else "Nothing is written if you stop it.",
         )
-        self.job = job
+        self.job, self._follows = job, estimate.wanted if is_followed else None
         job.succeeded.connect(self._keep)
         job.failed.connect(lambda _error: self._on_ended())
         job.cancelled.connect(self._on_ended)
@@ -275,8 +314,12 @@ class Baking(QObject):
         self.relit_changed.emit()
 
     def _on_ended(self) -> None:
-        self.job = self._asked = None
-        self.changed.emit()
+        followed, self.job = self._follows is not None, None
+        self._asked = self._follows = None
+        if followed:
+            self._want()
+        else:
+            self.changed.emit()
 
     @property
     def relighting(self) -> Callable[[Scene], Steps[RelightTransport]] | None:

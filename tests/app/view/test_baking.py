@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import time
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -17,7 +18,8 @@ from app.commands.images import Saving
 from app.view.baking import Baking
 from app.window.main_window import MainWindow
 from engine.accuracy import bake_check
-from engine.core.figure_text import size_text, time_text
+from engine.core.figure_text import percent, size_text, time_text
+from engine.core.steps import Step, Steps
 from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh
 from engine.images.decode import read_image
@@ -164,6 +166,37 @@ def test_wavelets_say_that_another_brdf_has_to_be_baked(view: MainWindow, qtbot:
     set_brdf(view, GLOSSY)
     assert baking.is_made
     wait(qtbot, lambda: draw(view) is not None)
+
+
+def endless() -> Steps[None]:
+    while True:
+        time.sleep(0.01)
+        yield Step(0.0, "")
+
+
+@pytest.mark.parametrize("method", ["wavelet", "gaussian"])
+def test_another_brdf_is_baked_unasked_and_without_rays(view: MainWindow, qtbot: Any, method: str) -> None:
+    """The last of several that a user goes through; no computation of a user waits for it, and one click stops it."""
+    baking, panel = bake(view, qtbot, method), view.view.bake_panels[method]
+    assert "Another BRDF takes about" in panel.words.text()
+    for text in ("ggx:kd=0.1,alpha=0.6,f0=0.5", "ggx:kd=0.1,alpha=0.5,f0=0.5"):
+        set_brdf(view, text)
+    wait(qtbot, lambda: baking.job is not None)
+    assert cast(Any, baking.job).lane == "background"
+    wait(qtbot, lambda: baking.is_made and draw(view) is not None)
+    made = cast(Any, baking.made)
+    assert made.wanted.brdf.alpha == 0.5
+    assert f"Error {percent(made.error['error_rmse_rel'])} in the studio" in panel.words.text()
+    other = view.bench.jobs.submit("Searching for factors", endless, lane="compute")
+    set_brdf(view, "ggx:kd=0.1,alpha=0.3,f0=0.5")
+    wait(qtbot, lambda: baking.job is not None)
+    qtbot.wait(200)
+    assert cast(Any, baking.job).state in ("queued", "paused")
+    panel.go.click()
+    wait(qtbot, lambda: baking.job is None and baking.ready is not None)
+    assert not baking.is_made
+    assert panel.go.text() == "Bake"
+    view.bench.jobs.cancel(other)
 
 
 def test_a_bake_that_is_stopped_can_be_begun_again(view: MainWindow, qtbot: Any) -> None:
