@@ -23,6 +23,7 @@ from engine.exchange.enlarge import enlarge as enlarging
 from engine.exchange.enlarge import width_of_tile
 from engine.exchange.export import export as exporting
 from engine.exchange.subject import Settings
+from engine.scene.credits import Credits
 from engine.scene.material import Material, error_figures
 from engine.shading.mixed import keep_tiles
 from engine.shading.quantise import quantise
@@ -342,6 +343,10 @@ def export(
     normal: Literal["opengl", "directx"] | None = None,
     width_mm: float | None = None,
     enlarge: int | None = None,
+    title: str = "",
+    author: str = "",
+    license: str = "",
+    source: str = "",
     error: float = 0.05,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
@@ -368,6 +373,9 @@ def export(
     enlarge : int, optional
         Write a tile of so many repeats along each side, 2 to 16, that all differ; its errors are not compared with the
         photographs.
+    title, author, license, source : str
+        Credits that are written into the files, before those that the material came with; the licence as an SPDX
+        identifier.
     error : float
         For auto, the largest relative RMSE.
     progress : callable, optional
@@ -399,7 +407,7 @@ def export(
     if enlarge is not None:
         width_mm = width_of_tile(found, enlarge, photographs, width_mm)
         found, photographs = drain(enlarging(found, enlarge, photographs), progress), None
-    settings = Settings(preset, coding, normal, width_mm)
+    settings = Settings(preset, coding, normal, width_mm, credits=Credits(title, author, license, source=source))
     names = [to] if isinstance(to, str) else list(to)
     work = exporting(folder, found, names, settings=settings, stack=photographs, error=error)
     return drain(work, progress)

@@ -97,6 +97,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="width of the sample, from the left edge of its maps to the right one, for units, heights and scale bars "
         "(without it that of lightarc import --scale, where the photographs or the bundle have it)",
     )
+    credits = parser.add_argument_group("credits", "written into the files, before those that the material came with")
+    credits.add_argument("--title", default="", metavar="TEXT", help="title of the work")
+    credits.add_argument("--author", default="", metavar="TEXT", help="who made it")
+    credits.add_argument("--license", default="", metavar="SPDX", help="its licence, as CC-BY-4.0")
+    credits.add_argument("--source", dest="origin", default="", metavar="TEXT", help="where it comes from")
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
@@ -110,6 +115,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     from app.commands.export_elsewhere import Known, find_known_entries, own_errors
     from engine.exchange.export import export
     from engine.exchange.subject import Settings
+    from engine.scene.credits import Credits
 
     material, stack, project = _open(arguments)
     width_mm = arguments.width_mm
@@ -121,7 +127,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         width_mm = width_of_tile(material, arguments.enlarge, stack, width_mm)
         material = drain(enlarge(material, arguments.enlarge, stack), show)
         stack, project = None, None
-    settings = Settings(arguments.preset, arguments.coding, arguments.normal, width_mm, arguments.tiling_mode)
+    credits = Credits(arguments.title, arguments.author, arguments.license, source=arguments.origin)
+    settings = Settings(arguments.preset, arguments.coding, arguments.normal, width_mm, arguments.tiling_mode, credits)
     if arguments.tiling_mode == "hex" and "materialx" not in arguments.to:
         raise UsageError("--tiling-mode hex is for --to materialx; other targets repeat maps in a grid")
     if arguments.proof:

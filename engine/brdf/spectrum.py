@@ -28,6 +28,9 @@ ILLUMINANTS: tuple[Illuminant, ...] = ("D65", "E")
 #: Visible wavelengths in nanometres: the ends of the table.
 VISIBLE_NM = (380.0, 780.0)
 
+#: Wavelengths of which a measurement must have one: beyond them lies a thousandth of the luminance of even light.
+SEEN_NM = (400.0, 700.0)
+
 _TABLE = Path(__file__).resolve().parents[2] / "resources" / "spectra" / "cie1931_d65.csv"
 
 #: Cone responses of the Bradford transform (Lam1985; ICC.1:2022, annex E).
@@ -43,13 +46,13 @@ def observer() -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.flo
 def srgb_weights(wavelengths_nm: ArrayLike, illuminant: Illuminant = "D65") -> NDArray[np.float64]:
     """Weights (L, 3) with `spectra @ weights` = linear sRGB, for spectra sampled at `wavelengths_nm` (L,).
 
-    Raises UsageError for wavelengths that do not rise strictly, or of which none lies in 380–780 nm.
+    Raises UsageError for wavelengths that do not rise strictly, or of which none lies in `SEEN_NM`.
     """
     measured = np.asarray(wavelengths_nm, np.float64)
     if measured.ndim != 1 or not measured.size or not np.isfinite(measured).all() or (np.diff(measured) <= 0).any():
         raise UsageError("wavelengths must be a list of finite numbers in rising order")
-    if measured[-1] < VISIBLE_NM[0] or measured[0] > VISIBLE_NM[1]:
-        raise UsageError(f"no wavelength lies between {VISIBLE_NM[0]:g} and {VISIBLE_NM[1]:g} nm")
+    if not ((measured >= SEEN_NM[0]) & (measured <= SEEN_NM[1])).any():
+        raise UsageError(f"no wavelength lies between {SEEN_NM[0]:g} and {SEEN_NM[1]:g} nm")
     if illuminant not in ILLUMINANTS:
         raise ValueError(f"unknown illuminant {illuminant!r}; choose from {', '.join(ILLUMINANTS)}")
     grid, functions, d65 = observer()

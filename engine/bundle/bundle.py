@@ -68,6 +68,7 @@ from engine.core.errors import InputError, OutputError, UsageError
 from engine.core.steps import Step, Steps, part
 from engine.images.encode import encode_png
 from engine.images.exr_strips import Planes, write_exr_strips
+from engine.scene.credits import credits_of
 from engine.scene.material import Material
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
@@ -338,7 +339,7 @@ def _manifest(
         elevation_deg=[float(elevation) for elevation in material.elevation_deg],
         units=UNITS,
         software={**software, MAKER: maker()},
-        provenance=valid(provenance),
+        provenance=valid({**provenance, **({CREDITS: material.credits.entries} if material.credits else {})}),
         figures=valid(figures),
         shading_map=shading_map_record(material.shading_map),
         power_law=power_law_record(material.power_law),
@@ -348,6 +349,10 @@ def _manifest(
         health=HealthRecord.of(material.health),
         members=members,
     )
+
+
+#: Entry of the provenance with title, author, licence and source.
+CREDITS = "credits"
 
 
 def _mask(material: Material) -> NDArray[np.bool_] | None:
@@ -389,6 +394,7 @@ def _material(archive: Archive, manifest: Manifest) -> Material:
             sigma=manifest.sigma,
             elevation_deg=tuple(manifest.elevation_deg),
             name=manifest.name,
+            credits=credits_of(manifest.provenance.get(CREDITS)),
             health=manifest.health.restored(),
             measured=_measure(archive, manifest),
             directional=read_directional(archive, manifest),

@@ -330,6 +330,7 @@ def write(
         "lightarc_export": 1,
         "software": {"lightarc": engine.__version__},
         "material": leaving.own,
+        "credits": settings.credits.over(leaving.subject.material.credits).entries,
         "targets": [],
     }
     start = 0.0
@@ -389,7 +390,9 @@ def _make(
         for name, shown_else in target.others:
             if (other := shown_else(subject, settings)) is not None:
                 others[name] = (yield from part(_measure(other, leaving), 0.4, 0.5))[0]
-    contents = yield from part(target.contents(subject, settings, statement(errors)), 0.5, 1.0)
+    settings = replace(settings, credits=settings.credits.over(subject.material.credits))
+    loss = statement(errors) + (f" {settings.credits.ascii_line}." if settings.credits else "")
+    contents = yield from part(target.contents(subject, settings, loss), 0.5, 1.0)
     entry = {
         "target": target.name,
         "files": [f"{target.name}/{name}" for name in contents.files],

@@ -28,6 +28,7 @@ from engine.exchange.subject import Contents, Settings, Subject
 from engine.exchange.textures import common_warnings, ior_of, pack
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import shape
+from engine.scene.credits import Credits
 from engine.surface.pbr_maps import DIELECTRIC_F0, PbrMaps
 
 #: Repeats of the material over one unit of the ball's texture coordinates, two of which go round it.
@@ -68,7 +69,7 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     if factor != 1.0:
         material["pbrMetallicRoughness"] = {**_SHARED["pbrMetallicRoughness"], "roughnessFactor": factor}
     yield Step(0.7, "writing the ball")
-    file = glb(shape("sphere"), material, images, REPEATS, loss, settings.width_mm)
+    file = glb(shape("sphere"), material, images, REPEATS, loss, settings.width_mm, settings.credits)
     warnings = (*common_warnings(subject, ("occlusion",)), *gltf_warnings(subject.maps.layers))
     return Contents({f"{subject.name}.glb": file}, 9.0, warnings)
 
@@ -104,10 +105,12 @@ def glb(
     repeats: float,
     loss: str,
     width_mm: float | None = None,
+    credits: Credits | None = None,
 ) -> bytes:
     """The file: a header, a chunk of JSON and one of bytes, both a multiple of four bytes long.
 
-    `width_mm` is that of the sample, which then has its true size on the ball: glTF counts in metres.
+    `width_mm` is that of the sample, which then has its true size on the ball: glTF counts in metres. `credits` are the
+    copyright of the asset.
     """
     node: dict[str, Any] = {"mesh": 0, "name": "preview"}
     if width_mm is not None:
@@ -144,7 +147,12 @@ def glb(
         body += _pad(content, b"\0")
     first = len(views) - len(images)
     document: dict[str, Any] = {
-        "asset": {"version": "2.0", "generator": f"Lightarc {engine.__version__}", "extras": {"lightarc_loss": loss}},
+        "asset": {
+            "version": "2.0",
+            "generator": f"Lightarc {engine.__version__}",
+            **({"copyright": credits.line} if credits else {}),
+            "extras": {**(credits.entries if credits else {}), "lightarc_loss": loss},
+        },
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": [node],

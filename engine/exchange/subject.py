@@ -19,6 +19,7 @@ from engine.core.errors import UsageError
 from engine.core.figure_text import percent
 from engine.exchange.coding import Coding, Handedness, round_values
 from engine.exchange.loss import Shown, maps_shown
+from engine.scene.credits import Credits
 from engine.scene.material import Material, compute_fit_error
 from engine.scene.scene import TILING_MODES, TilingMode
 from engine.surface.pbr_maps import PbrMaps
@@ -112,13 +113,15 @@ class Subject:
 class Settings:
     """Choices of a user for all targets; see `engine.exchange.textures` for presets, whose program `normal` None
     leaves the direction of y to. `width_mm` is the width of the sample, for scale bars; None where it is not known.
-    `tiling_mode` is 'hex' for MaterialX without a visible period (`engine.render.hex_tiling`)."""
+    `tiling_mode` is 'hex' for MaterialX without a visible period (`engine.render.hex_tiling`). `credits` go before
+    those of the material."""
 
     preset: str = "blender"
     coding: Coding = "png8"
     normal: Handedness | None = None
     width_mm: float | None = None
     tiling_mode: TilingMode = "grid"
+    credits: Credits = field(default_factory=Credits)
 
     def __post_init__(self) -> None:
         """UsageError for a width that no sample has, and another tiling mode."""

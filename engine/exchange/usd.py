@@ -168,7 +168,9 @@ def _materialx_layer(subject: Subject, maps: list[str], ior: float) -> Iterator[
     """Opinions over the package: an OpenPBR surface of MaterialX, with an image for each of its inputs."""
     root = subject.name.replace("-", "_")
     material, package = f"/{root}/material", f"{subject.name}.usdz"
-    yield from ("#usda 1.0", "(", f'    defaultPrim = "{root}"', "    subLayers = [", f"        @./{package}@", "    ]")
+    # metadata of a layer does not come through those below it
+    yield from ("#usda 1.0", "(", f'    defaultPrim = "{root}"', "    metersPerUnit = 1", '    upAxis = "Y"')
+    yield from ("    subLayers = [", f"        @./{package}@", "    ]")
     yield from (")", "", f'over "{root}"', "{", '    over "material"', "    {")
     yield f"        token outputs:mtlx:surface.connect = <{material}/open_pbr.outputs:out>"
     lines = ['uniform token info:id = "ND_open_pbr_surface_surfaceshader"']

@@ -22,6 +22,7 @@ from engine.core.directions import surface_direction
 from engine.core.health import Health
 from engine.core.params import parameters
 from engine.core.summary import Summary
+from engine.scene.credits import Credits
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
@@ -50,6 +51,7 @@ class Material(Summary):
         the model nearest to it, for what holds no table.
     surface : PBR maps of the surface behind the photographs, beside what is looked up. Exports take them; nothing is
         drawn from them here.
+    credits : its title, author, licence and source, as far as they are known.
     mask : (H, W) bool, True for texels of the object; the others are background, which pages show transparent. None
         where all are the object's.
     """
@@ -66,6 +68,7 @@ class Material(Summary):
     pbr: PbrMaps | None = None
     surface: SurfaceMaps | None = None
     mask: NDArray[np.bool_] | None = None
+    credits: Credits = field(default_factory=Credits)
 
     @property
     def has_map(self) -> bool:

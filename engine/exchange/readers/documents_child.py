@@ -16,6 +16,7 @@ from engine.core.errors import InputError
 from engine.exchange.readers.gltf import JSON_LIMIT_BYTES, gltf_of, has_textures
 from engine.exchange.readers.materialx import materialx_of
 from engine.exchange.readers.textures import Described, Image, Input, file_beside
+from engine.scene.credits import credits_of
 from engine.storage.untrusted import FILE_LIMIT_BYTES, decode_in_child, open_checked, read_head
 
 Kind = Literal["materialx", "gltf"]
@@ -36,7 +37,8 @@ def describe_document(path: Path, kind: Kind) -> Described:
         for each in fields(Described)
         if (value := reply["described"].get(each.name)) is not None
     }
-    return Described(**{**values, "notes": tuple(values["notes"])})
+    credits = credits_of(values["credits"])
+    return Described(**{**values, "notes": tuple(values["notes"]), "credits": credits})
 
 
 def has_textured_material(path: Path) -> bool:
@@ -69,7 +71,7 @@ def decode_document(content: bytes, name: str, kind: Kind) -> dict[str, Any]:
         one = values[each]
         image = None if one.image is None else _describe(one.image)
         values[each] = {"factor": one.factor, "inverted": one.inverted, "picture": image, "name": each}
-    return {"described": values, "inputs": inputs, **arrays}
+    return {"described": {**values, "credits": described.credits.entries}, "inputs": inputs, **arrays}
 
 
 def _describe(image: Image) -> dict[str, Any]:

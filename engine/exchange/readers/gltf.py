@@ -24,6 +24,7 @@ from engine.core.errors import InputError
 from engine.exchange.readers.layers import gltf_values, has_layers, layers_of
 from engine.exchange.readers.textures import Channel, Described, Image, Input
 from engine.images.decode import TransferChoice
+from engine.scene.credits import Credits, clean, credits_of
 from engine.storage.text import read_json
 from engine.storage.untrusted import AGAIN, FILE_LIMIT_BYTES
 
@@ -109,7 +110,10 @@ def gltf_of(content: bytes, path: Path) -> Described:
     notes = [f"of {len(materials)} materials, {name!r} is taken"] if len(materials) > 1 else []
     if _has_vertex_colours(tree, _list(tree, "materials").index(material)):
         notes.append("colours of vertices are passed over")
-    return _Reader(path, tree, body, notes).describe(material, name)
+    described = _Reader(path, tree, body, notes).describe(material, name)
+    asset = _dict(tree, "asset")
+    stated = credits_of(_dict(asset, "extras")) or Credits(copyright=clean(asset.get("copyright")))
+    return replace(described, credits=stated)
 
 
 class _Reader:

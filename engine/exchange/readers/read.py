@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from engine.bundle.bundle import open_bundle
@@ -49,11 +50,18 @@ def open_material(path: str | os.PathLike[str]) -> Material:
 def read_material(path: str | os.PathLike[str]) -> Steps[Material]:
     """As `open_material`, in steps: decoding large textures takes seconds."""
     if not holds_pbr_maps(path):
+        _refuse_usd(Path(path))
         return open_bundle(path)
     place = Path(path)
     if place.is_file() and not _kind(place):
         return (yield from read_zip(place))
     return (yield from _read(describe(place)))
+
+
+def _refuse_usd(path: Path) -> None:
+    """InputError for a layer of USD, by its first bytes."""
+    if path.is_file() and read_head(path, 8)[0].startswith((b"#usda", b"PXR-USDC")):
+        raise InputError(path, "is a layer of USD, which is not read", "Export its material as .mtlx, .glb or .usdz")
 
 
 def read_textures(files: Sequence[Path]) -> Steps[Material]:
@@ -63,7 +71,7 @@ def read_textures(files: Sequence[Path]) -> Steps[Material]:
 
 def _read(described: Described) -> Steps[Material]:
     maps, health = yield from maps_of(described)
-    return material_of_maps(maps, described.name, health)
+    return replace(material_of_maps(maps, described.name, health), credits=described.credits)
 
 
 def describe(path: Path) -> Described:

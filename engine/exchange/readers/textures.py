@@ -32,6 +32,7 @@ from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
 from engine.exchange.readers.colour_spaces import SPACES
 from engine.images.decode import TransferChoice, image_from_reply
+from engine.scene.credits import Credits
 from engine.storage.untrusted import FILE_LIMIT_BYTES, decode_content, open_checked, read_bytes
 from engine.surface.pbr_maps import DIELECTRIC_F0, WORTH_SAYING, PbrMaps, WideColours, clip_wide, wide_text
 
@@ -104,6 +105,7 @@ class Described:
         the base colour is then that of the diffuse part.
     normal : an image alone, or None; `normal_scale` multiplies its slopes, `upwards` is the direction of its y.
     notes : sentences about what was assumed or passed over.
+    credits : as the files state them.
     layers : text of the OpenPBR model whose layers lie over the base; '' for none.
     """
 
@@ -121,6 +123,7 @@ class Described:
     upwards: Upwards = ""
     notes: tuple[str, ...] = ()
     layers: str = ""
+    credits: Credits = field(default_factory=Credits)
 
 
 def file_beside(path: Path, named: str, remedy: str) -> Path:

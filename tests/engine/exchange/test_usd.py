@@ -90,6 +90,8 @@ def test_the_layer_of_materialx_has_nodes_of_its_library(folder: Path) -> None:
     library = mx.createDocument()
     mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), library)
     stage = Usd.Stage.Open(str(folder / "A_cloth_woven_materialx.usda"))
+    geometry = pytest.importorskip("pxr.UsdGeom")
+    assert (geometry.GetStageMetersPerUnit(stage), geometry.GetStageUpAxis(stage)) == (1.0, "Y")
     material = stage.GetPrimAtPath("/A_cloth_woven/material")
     nodes = {prim: prim.GetAttribute("info:id").Get() for prim in material.GetChildren()}
     nodes = {prim: name for prim, name in nodes.items() if name.startswith("ND_")}

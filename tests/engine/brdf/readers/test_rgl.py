@@ -508,7 +508,11 @@ def test_unmeasured_light_is_reported(tmp_path: Path) -> None:
         ),
         (
             {"spectra": np.ones((5, 4, 2, 4, 4), np.float32), "wavelengths": np.array([900, 950], np.float32)},
-            "has wavelengths that cannot be used: no wavelength lies between 380 and 780 nm",
+            "has wavelengths that cannot be used: no wavelength lies between 400 and 700 nm",
+        ),
+        (
+            {"spectra": np.ones((5, 4, 2, 4, 4), np.float32), "wavelengths": np.array([300, 390], np.float32)},
+            "has wavelengths that cannot be used: no wavelength lies between 400 and 700 nm",
         ),
     ],
 )

@@ -94,3 +94,10 @@ def test_zips_of_anything_else_are_no_material(folder: Path, tmp_path: Path) -> 
     assert not holds_pbr_maps(path)
     with pytest.raises(InputError):
         open_material(path)
+
+
+@pytest.mark.parametrize("begin", [b"#usda 1.0\n", b"PXR-USDC\0\0"])
+def test_layers_of_usd_are_refused_by_name(begin: bytes, tmp_path: Path) -> None:
+    (tmp_path / "m.usd").write_bytes(begin + b" " * 200)
+    with pytest.raises(InputError, match="USD"):
+        open_material(tmp_path / "m.usd")
