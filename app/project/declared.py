@@ -72,6 +72,7 @@ CLASSES = {
     "engine.light.lamps": ("Lamp", "LampSettings"),
     "engine.light.near_lamps": ("NearLampSettings",),
     "engine.planning.costs.setting": ("Setting",),
+    "engine.scene.credits": ("Credits",),
     "engine.scene.material": ("Material",),
     "engine.shading.directional.interpolation": ("Kernel",),
     "engine.shading.directional.planes": ("DirectionalMap",),

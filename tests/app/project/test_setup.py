@@ -105,6 +105,7 @@ def test_a_image_of_a_project_is_the_image_of_its_scene(lightarc: Command, proje
     assert found.code == 0, found.err
     camera = "eye=0,0.5,4 target=0,0,0 fov_deg=30"
     options = ("--brdf", BRDF, "--light-deg", "40,10", "--intensity", "2", "--camera", camera, "--ground")
+    options = (*options, "--mode", "direct")
     assert lightarc("render", "sphere", "-o", other, *options, *SMALL).code == 0
     assert np.array_equal(read_image(one).pixels, read_image(other).pixels)
     lit = tmp_path / "lit.exr"
