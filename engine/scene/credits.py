@@ -15,7 +15,7 @@ LONGEST = 300
 
 @dataclass(frozen=True)
 class Credits:
-    """What others ask to be told of a material; '' where nothing is known.
+    """Facts that others ask to be told of a material; "" where nothing is known.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Credits:
 
     @property
     def entries(self) -> dict[str, str]:
-        """What is known, by name."""
+        """Entries that are known, by name."""
         return {each.name: value for each in fields(self) if (value := getattr(self, each.name))}
 
     @property
