@@ -118,6 +118,11 @@ class ColourSpace:
                 return name
         return "profile"
 
+    @property
+    def is_rec709(self) -> bool:
+        """True for linear Rec. 709 itself."""
+        return self.transfer == "linear" and self.matrix is None
+
     def linear(self, samples: Floats) -> NDArray[np.float32]:
         """Linear Rec. 709 (…, 3) of samples (…, 3), 1 at full scale."""
         if self.table:

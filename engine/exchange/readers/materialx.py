@@ -437,7 +437,7 @@ class _Document:
     def _to_rec709(self, values: tuple[float, ...], given: Element) -> tuple[float, ...]:
         """A colour of the space that its element states, as linear Rec.709."""
         space = self._space(given)
-        if not space:
+        if not space or SPACES[space].is_rec709:
             return values
         colour = SPACES[space].linear(np.asarray(values[:3], np.float64))
         return (*(float(each) for each in colour), *values[3:])

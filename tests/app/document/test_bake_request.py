@@ -62,7 +62,7 @@ def test_a_predicted_bake_teaches_the_profile_unless_it_was_resumed(
     def start(_path: Path) -> Steps[Any]:
         yield Step(0.5, "baking")
         file = SimpleNamespace(size_bytes=7)
-        return SimpleNamespace(transport=None, bake_s=20.0, resumed_chunks=resumed_chunks, file=file)
+        return SimpleNamespace(transport=None, bake_s=20.0, visibility_s=0.0, resumed_chunks=resumed_chunks, file=file)
 
     made = drain(bake(tmp_path / "ball.transport", Estimate(ask(order), None, 0.0, start)))
     assert made.bake_s == 20.0

@@ -18,7 +18,7 @@ from engine.transport.method import Subject, method_of
 from engine.transport.reuse import with_brdf
 from tests.engine.planning.brute_force import bowl
 
-FIRST, OTHER = "ggx:kd=0.2,alpha=0.4,f0=0.5", "ggx:kd=0.1,alpha=0.25,f0=0.2/0.5/0.8"
+FIRST, OTHER = "ggx:kd=0.2,alpha=0.4,f0=0.5", "ggx:kd=0.1,alpha=0.3,f0=0.6"
 SETTINGS: dict[str, dict[str, Any]] = {
     "sh": {"order": 4, "cube": 8},
     "wavelet": {"cube": 8, "coefficients": 16, "terms": 2},
