@@ -159,7 +159,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--mode",
         choices=("auto", *MODES, *transport.names()),
-        help="'direct' shows the material's BRDF alone, with the shadows of lamps and suns; 'reference' traces paths, "
+        help="'direct' shows the material's BRDF alone, with the shadows of lamps and suns, and is the mode without "
+        "--material; 'reference' traces paths, "
         "with shadows and the whole --env; "
         "'auto' takes of these two the one that the plan chooses; "
         f"{', '.join(transport.names())} draw a transport file of lightarc bake, given in place of the MESH",
@@ -295,7 +296,8 @@ def _adapt(scene: Scene, arguments: argparse.Namespace) -> Scene:
         if scene.pbr.layers is not None:
             raise UsageError("--single-scattering is for PBR maps without layers: OpenPBR always scatters again")
         scene = replace(scene, material=set_multiple_scattering(scene.material, on=False))
-    return MODES[arguments.mode].adapt(scene) if arguments.mode in MODES else scene
+    mode = arguments.mode or ("direct" if scene.material is None else "")
+    return MODES[mode].adapt(scene) if mode in MODES else scene
 
 
 def report(result: dict[str, Any]) -> str:
