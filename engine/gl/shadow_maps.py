@@ -1,12 +1,11 @@
 """Shadow maps: what sharp lights see of a model, as depths that the shader of direct light compares with.
 
-Every light has views, all in one texture of depths (Williams, *Casting curved shadows on curved surfaces*, 1978): a
-distant one a parallel view of the model along its direction, a point of a light near the model a view of the model's
-sphere, or six views all around where it is inside that. The fewer the views, the finer each. What lies outside all
-views of a light is lit: nothing but the model casts shadows there. `resources/shaders/shadow_maps.glsl` looks places
-up, moved along their normals by about the width of a texel, within which depths are not told apart. Edges of shadows
-lie where those of `engine.render.direct` do, to a texel of the map; of lights near the model that are not points, the
-share that is seen is that of `POINTS` points.
+Every light has views, all in one texture of depths (Williams1978): a distant one a parallel view of the model along its
+direction, a point of a light near the model a view of the model's sphere, or six views all around where it is inside
+that. The fewer the views, the finer each. What lies outside all views of a light is lit: nothing but the model casts
+shadows there. `resources/shaders/shadow_maps.glsl` looks places up, moved along their normals by about the width of a
+texel, within which depths are not told apart. Edges of shadows lie where those of `engine.render.direct` do, to a texel
+of the map; of lights near the model that are not points, the share that is seen is that of `POINTS` points.
 """
 
 from __future__ import annotations
