@@ -98,10 +98,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "(without it that of lightarc import --scale, where the photographs or the bundle have it)",
     )
     credits = parser.add_argument_group("credits", "written into the files, before those that the material came with")
-    credits.add_argument("--title", default="", metavar="TEXT", help="title of the work")
-    credits.add_argument("--author", default="", metavar="TEXT", help="who made it")
-    credits.add_argument("--license", default="", metavar="SPDX", help="its licence, as CC-BY-4.0")
-    credits.add_argument("--source", dest="origin", default="", metavar="TEXT", help="where it comes from")
+    credits.add_argument("--title", type=str, default="", metavar="TEXT", help="title of the work")
+    credits.add_argument("--author", type=str, default="", metavar="TEXT", help="who made it")
+    credits.add_argument("--license", type=str, default="", metavar="SPDX", help="its licence, as CC-BY-4.0")
+    credits.add_argument("--source", dest="origin", type=str, default="", metavar="TEXT", help="where it comes from")
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
