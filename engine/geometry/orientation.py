@@ -22,8 +22,8 @@ Bools = NDArray[np.bool_]
 Orientation = Literal["auto", "keep", "flip"]
 ORIENTATIONS: tuple[Orientation, ...] = get_args(Orientation)
 
-#: Share of holes in the area of a patch up to which its volume tells the outside, by their rims as if they were round,
-#: and the least volume over area^1.5 that tells it (a sphere has 0.094).
+#: Share of holes in the area of a patch up to which its volume tells the outside, by the rim of each as if it were
+#: round, and the least volume over area^1.5 that tells it (a sphere has 0.094).
 HOLES, MIN_VOLUME = 0.1, 1e-3
 
 #: Most closed patches of which it is found which lies in which.
@@ -55,7 +55,7 @@ def find_turned(points: Points, faces: Faces, votes: NDArray[np.float64]) -> Boo
     sign = np.where(parity, -1.0, 1.0)
     area, volume = _measure(points, faces, patch, sign)
     length = np.linalg.norm(points[end[rim]] - points[begin[rim]], axis=1)
-    holes = np.bincount(patch[rim // 3], length, len(area)) ** 2 / (4.0 * np.pi)
+    holes = _measure_holes(patch[rim // 3], begin[rim], end[rim], length, len(area))
     turned = np.bincount(patch, sign * votes) < 0.0
     is_closed = (holes <= HOLES * area) & (np.abs(volume) > MIN_VOLUME * area**1.5)
     turned[is_closed] = volume[is_closed] < 0.0
@@ -70,15 +70,10 @@ def _colour(count: int, pairs: Faces, clashing: Bools) -> tuple[Faces, Bools]:
     Each face stands for itself and for its other side in a graph of sides that agree: where a patch has two sides,
     its faces fall into two parts.
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     one, other = pairs.T
     across = np.where(clashing, count, 0)
     rows = np.concatenate([one, one + count])
-    columns = np.concatenate([other + across, other + count - across])
-    ones = np.ones(len(rows), np.int8)
-    sides = connected_components(coo_matrix((ones, (rows, columns)), shape=(2 * count, 2 * count)), directed=False)[1]
+    sides = _connect(rows, np.concatenate([other + across, other + count - across]), 2 * count)
     front, back = sides[:count], sides[count:]
     _, first, patch = np.unique(np.minimum(front, back), return_index=True, return_inverse=True)
     patch = patch.reshape(-1)
@@ -96,6 +91,31 @@ def _measure(
     weighted = np.stack([_add_up(patch, size * axis) for axis in (a + b + c).T / 3.0], axis=-1)
     middle = weighted / np.maximum(area, np.finfo(float).tiny)[:, None]
     return area, _add_up(patch, sign * np.einsum("fi,fi->f", directed, a - middle[patch]) / 3.0)
+
+
+def _measure_holes(
+    patch: Faces, begin: Faces, end: Faces, length: NDArray[np.float64], count: int
+) -> NDArray[np.float64]:
+    """(count,) area of the holes of each patch, as if each were round, by the edges of its rims and their lengths."""
+    if not len(patch):
+        return np.zeros(count)
+    # rims of two patches that meet at a point are apart
+    ends, place = np.unique(np.stack([np.tile(patch, 2), np.concatenate([begin, end])]), axis=1, return_inverse=True)
+    one, other = place.reshape(2, -1)
+    rim = _connect(one, other, ends.shape[1])
+    around = _add_up(rim[one], length)
+    of_patch = np.zeros(len(around), np.int64)
+    of_patch[rim[one]] = patch
+    return np.asarray(np.bincount(of_patch, around**2 / (4.0 * np.pi), count))
+
+
+def _connect(one: Faces, other: Faces, count: int) -> Faces:
+    """(count,) the number of the part that each node belongs to, where nodes `one` and `other` (E,) are connected."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    joined = coo_matrix((np.ones(len(one), np.int8), (one, other)), shape=(count, count))
+    return np.asarray(connected_components(joined, directed=False)[1], np.int64)
 
 
 def _add_up(patch: Faces, values: NDArray[np.float64]) -> NDArray[np.float64]:
