@@ -62,6 +62,9 @@ def _add_backs(mesh: Mesh, ground: Ground | None) -> Mesh | None:
         mesh.name,
         Health(MappingProxyType(figures), mesh.health.findings),
         mesh.brushing,
+        None if mesh.part is None else np.concatenate([mesh.part[seen], mesh.part[seen], mesh.part[~seen]]),
+        mesh.part_names,
+        None if mesh.colours is None else np.concatenate([mesh.colours, mesh.colours[used]]),
     )
 
 

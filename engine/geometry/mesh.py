@@ -92,6 +92,9 @@ class Mesh(Summary):
     name : shown to users.
     health : what was dropped or filled while reading.
     brushing : the direction along which anisotropic materials run.
+    part : (F,) int32, for each face the place of its material among `part_names`; None where the file states none.
+    part_names : names of the materials of the file.
+    colours : (V, 3) float32 linear colours of the vertices, which multiply the base colour of PBR maps; None for white.
     """
 
     positions: NDArray[np.float64]
@@ -101,6 +104,9 @@ class Mesh(Summary):
     name: str
     health: Health = field(default_factory=Health)
     brushing: Brushing = field(default_factory=Brushing)
+    part: NDArray[np.int32] | None = None
+    part_names: tuple[str, ...] = ()
+    colours: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
         count = len(self.positions)
@@ -108,8 +114,13 @@ class Mesh(Summary):
             raise ValueError("positions, normals, uv and faces do not fit together")
         if len(self.faces) == 0 or self.faces.min() < 0 or self.faces.max() >= count:
             raise ValueError("faces are missing or name vertices that do not exist")
-        for array in (self.positions, self.normals, self.uv, self.faces):
-            array.flags.writeable = False
+        if self.part is not None and self.part.shape != (len(self.faces),):
+            raise ValueError("each face needs one part")
+        if self.colours is not None and self.colours.shape != (count, 3):
+            raise ValueError("each vertex needs one colour")
+        for array in (self.positions, self.normals, self.uv, self.faces, self.part, self.colours):
+            if array is not None:
+                array.flags.writeable = False
 
     @cached_property
     def centre(self) -> NDArray[np.float64]:
@@ -208,7 +219,17 @@ def _mesh(reply: dict[str, Any], path: str | os.PathLike[str]) -> Mesh:
     if figures["texture_coordinates_made"]:
         findings += with_atlas(reply, path)
     health = Health(MappingProxyType(figures), findings)
-    return Mesh(reply["positions"], reply["normals"], reply["uv"], reply["faces"], Path(path).stem, health)
+    return Mesh(
+        reply["positions"],
+        reply["normals"],
+        reply["uv"],
+        reply["faces"],
+        Path(path).stem,
+        health,
+        part=reply.get("part"),
+        part_names=tuple(reply.get("part_names", ())),
+        colours=reply.get("colours"),
+    )
 
 
 def decode_as_it_is(content: bytes, name: str, beside: Mapping[str, bytes] = MappingProxyType({})) -> dict[str, Any]:
@@ -239,7 +260,9 @@ def decode_mesh(
         np.where(part["faces"] >= 0, part["faces"] + first, -1)
         for part, first in zip(parts, first_vertex, strict=False)
     ]
-    return complete(
+    colours = _join(parts, "colours", 3)
+    names = list(dict.fromkeys(part["material"] for part in parts if part.get("material") is not None))
+    completed = complete(
         np.concatenate([part["positions"] for part in parts]),
         np.concatenate(faces),
         _join(parts, "normals", 3),
@@ -247,7 +270,12 @@ def decode_mesh(
         name,
         {"faces_of_fewer_than_3_corners_dropped": too_few, "points_moved_to_close_gaps": moved},
         oriented,
+        colours=None if colours is None else np.nan_to_num(colours, nan=1.0),
+        part=np.concatenate([np.full(len(each["faces"]), names.index(each["material"])) for each in parts])
+        if names
+        else None,
     )
+    return {**completed, "part_names": names}
 
 
 def decode_names(content: bytes, name: str) -> dict[str, Any]:
@@ -266,16 +294,20 @@ def _cut(found: Any) -> tuple[list[dict[str, Any]], int]:
     """The triangles of `Polygons`, or of arrays (vertices, triangles), and how many polygons were none."""
     if isinstance(found, tuple):
         positions, faces = np.asarray(found[0], np.float64), np.asarray(found[1], np.int64)
-        return [{"positions": positions, "faces": faces, "normals": None, "uv": None}], 0
+        return [{"positions": positions, "faces": faces}], 0
     return [{"positions": found.points, **make_from_polygons(found)}], int(np.sum(found.sizes < 3))
 
 
 def _join(parts: list[dict[str, Any]], key: str, columns: int) -> NDArray[np.float64] | None:
-    """(F, 3, columns) of all parts, NaN for those that state nothing; None where none does, or nothing of use."""
-    if all(part[key] is None for part in parts):
-        return None
-    rows = [np.full((len(part["faces"]), 3, columns), np.nan) if part[key] is None else part[key] for part in parts]
-    return np.concatenate(rows)
+    """A table of the vertices of all parts, NaN for those that state nothing; None where none does.
+
+    That of a single part may be of corners, (F, 3, columns), in place of vertices.
+    """
+    tables = [part.get(key) for part in parts]
+    if len(parts) == 1 or all(table is None for table in tables):
+        return tables[0] if len(parts) == 1 else None
+    missing = [np.full((len(part["positions"]), columns), np.nan) for part in parts]
+    return np.concatenate([rows if table is None else table for table, rows in zip(tables, missing, strict=True)])
 
 
 def complete(
@@ -286,10 +318,14 @@ def complete(
     name: str,
     counted: Mapping[str, int] = MappingProxyType({}),
     oriented: bool = True,
+    *,
+    colours: NDArray[np.float64] | None = None,
+    part: NDArray[np.integer[Any]] | None = None,
 ) -> dict[str, Any]:
     """Drop what cannot be used, fill in what is missing, and lay the result out as the arrays of a `Mesh`.
 
-    Normals and texture coordinates are those of vertices, (V, …), or of corners, (F, 3, …), NaN where there are none.
+    Normals, texture coordinates and colours are those of vertices, (V, …), or of corners, (F, 3, …), NaN where there
+    are none; `part` (F,) is the number of the material of each face.
     Faces are turned as `engine.geometry.orientation` says where they are to be `oriented`.
     Returns positions, normals, uv, faces, `figures`, the counts of what was dropped and filled (with those `counted`
     before), and `findings`, pairs of a verdict and what it says. InputError where no face is left.
@@ -299,9 +335,10 @@ def complete(
     if not usable.any():
         counts = ", ".join(with_count(count, _plain(reason)) for reason, count in figures.items() if count)
         raise InputError(name, f"holds no usable triangle ({counts})", "Export it again")
-    stated = [None if table is None else table[faces] if table.ndim == 2 else table for table in (normals, uv)]
     faces = np.asarray(faces, np.int64)[usable]
-    corner_normals, corner_uv = (None if table is None else table[usable] for table in stated)
+    corner_normals, corner_uv, corner_colours = (
+        None if table is None else table[faces] if table.ndim == 2 else table[usable] for table in (normals, uv, colours)
+    )
     figures["vertices_without_faces_dropped"] = len(positions) - len(np.unique(faces))
     points, place = merge_points(np.where(np.isfinite(positions), positions, 0.0)[np.unique(faces)])
     figures["vertices_at_the_same_place"] = len(place) - len(points)
@@ -312,7 +349,9 @@ def complete(
     turned = _find_turned(points, faces, directed, corner_normals) if oriented else np.zeros(len(faces), np.bool_)
     figures["faces_turned"] = int(turned.sum())
     faces[turned] = faces[turned, ::-1]
-    corner_normals, corner_uv = _turn(turned, corner_normals), _turn(turned, corner_uv)
+    corner_normals, corner_uv, corner_colours = (
+        _turn(turned, table) for table in (corner_normals, corner_uv, corner_colours)
+    )
     directed[turned] *= -1.0
     incidence = _incidence(faces, len(points))
     smooth = normalize(incidence @ directed, fallback=(0.0, 0.0, 0.0))
@@ -327,7 +366,9 @@ def complete(
             corner_normals = np.where(against[:, None, None], -corner_normals, corner_normals)
         elif np.sum(corner_normals * directed[:, None]) < 0.0:
             faces, corner_normals, directed, smooth = faces[:, ::-1], corner_normals[:, ::-1], -directed, -smooth
-            corner_uv = None if corner_uv is None else corner_uv[:, ::-1]
+            corner_uv, corner_colours = (
+                None if table is None else table[:, ::-1] for table in (corner_uv, corner_colours)
+            )
 
     corner_uv, made = _complete_uv(corner_uv, _box_projection(points, faces, directed, smooth, incidence))
     figures["texture_coordinates_made"] = int(made.all())
@@ -335,7 +376,8 @@ def complete(
     shape = topology(points, faces)
     findings = [(int(one.verdict), one.text) for one in (*findings_of(figures), *shape.findings)]
     return {
-        **weld(points, faces, corner_normals, corner_uv),
+        **weld(points, faces, corner_normals, corner_uv, corner_colours),
+        **({} if part is None else {"part": part[usable].astype(np.int32)}),
         "figures": {**figures, **shape.figures},
         "findings": findings,
     }

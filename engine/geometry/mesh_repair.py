@@ -118,13 +118,15 @@ def weld(
     faces: Faces,
     corner_normals: Points,
     corner_uv: Points,
+    corner_colours: Points | None = None,
 ) -> dict[str, Any]:
-    """One vertex for all corners that agree in point, normal and texture coordinate."""
+    """One vertex for all corners that agree in point, normal, texture coordinate and colour."""
     corners = np.concatenate(
         [
             faces.reshape(-1, 1).astype(np.float64),
             corner_normals.reshape(-1, 3).astype(np.float32),
             corner_uv.reshape(-1, 2).astype(np.float32),
+            *([] if corner_colours is None else [corner_colours.reshape(-1, 3).astype(np.float32)]),
         ],
         axis=1,
     )
@@ -132,8 +134,9 @@ def weld(
     return {
         "positions": points[faces.reshape(-1)[first]],
         "normals": corners[first, 1:4].astype(np.float32),
-        "uv": corners[first, 4:].astype(np.float32),
+        "uv": corners[first, 4:6].astype(np.float32),
         "faces": index.reshape(-1, 3).astype(np.int32),
+        **({} if corner_colours is None else {"colours": corners[first, 6:].astype(np.float32)}),
     }
 
 

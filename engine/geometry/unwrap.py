@@ -45,10 +45,16 @@ def with_atlas(reply: dict[str, Any], path: str | os.PathLike[str]) -> tuple[Fin
         why = f"the mesh has {parts} parts, and charts are cut for at most {MAX_PARTS}"
     else:
         try:
-            arrays = np.concatenate([reply["positions"], reply["normals"]], axis=1), reply["faces"].astype(np.int32)
+            tables = [reply[key] for key in ("positions", "normals", "colours") if key in reply]
+            arrays = np.concatenate(tables, axis=1, dtype=np.float64), reply["faces"].astype(np.int32)
             content = b"".join(array.tobytes() for array in arrays)
             reply |= decode_content(
-                "engine.geometry.unwrap:decode_atlas", path, content, timeout_s=LIMIT_S, vertices=len(arrays[0])
+                "engine.geometry.unwrap:decode_atlas",
+                path,
+                content,
+                timeout_s=LIMIT_S,
+                vertices=len(arrays[0]),
+                columns=arrays[0].shape[1],
             )
             return (Finding(Verdict.NOTE, "texture coordinates were made, in charts that do not overlap"),)
         except InputError as error:
@@ -56,13 +62,17 @@ def with_atlas(reply: dict[str, Any], path: str | os.PathLike[str]) -> tuple[Fin
     return (Finding(Verdict.NOTE, f"texture coordinates were made by a box projection: {why}"),)
 
 
-def decode_atlas(content: bytes, name: str, vertices: int) -> dict[str, Any]:
-    """positions, normals, uv and faces with charts, from the bytes of (V, 6) float64 and (F, 3) int32."""
-    size = vertices * 6 * 8
-    table = np.frombuffer(content[:size]).reshape(-1, 6)
+def decode_atlas(content: bytes, name: str, vertices: int, columns: int = 6) -> dict[str, Any]:
+    """positions, normals, uv and faces with charts, from the bytes of (V, 6) float64 and (F, 3) int32.
+
+    Vertices of 9 numbers have colours.
+    """
+    size = vertices * columns * 8
+    table = np.frombuffer(content[:size]).reshape(-1, columns)
     faces = np.frombuffer(content[size:], np.int32).reshape(-1, 3).astype(np.int64)
     points, place = merge_points(table[:, :3])
-    return weld(points, place[faces], table[:, 3:][faces], atlas(points, place[faces], name))
+    colours = table[:, 6:][faces] if columns == 9 else None
+    return weld(points, place[faces], table[:, 3:6][faces], atlas(points, place[faces], name), colours)
 
 
 def atlas(points: NDArray[np.float64], faces: NDArray[np.int64], name: str = "") -> NDArray[np.float64]:

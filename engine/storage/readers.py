@@ -72,7 +72,6 @@ class Reader:
         return bool(self.looks_like) and bool(load(self.looks_like)(head, size_bytes, name))
 
 
-_SCENE = "engine.geometry.read_scene:scene_parts"
 _BRDF = "engine.brdf.readers"
 
 
@@ -104,11 +103,11 @@ _OWN: tuple[Reader, ...] = (
     Reader("image", "PNG", "engine.images.png:read_png", (".png",), signatures=(b"\x89PNG\r\n\x1a\n",)),
     Reader("image", "Targa", "engine.images.tga:read_tga", (".tga",), looks_like="engine.images.tga:looks_like_tga"),
     Reader("image", "JPEG", "engine.images.jpeg:read_jpeg", (".jpg", ".jpeg", ".jpe"), signatures=(b"\xff\xd8\xff",)),
-    Reader("mesh", "glTF", _SCENE, (".glb", ".gltf"), signatures=(b"glTF",)),
+    Reader("mesh", "glTF", "engine.geometry.gltf:read_gltf", (".glb", ".gltf"), signatures=(b"glTF",)),
     Reader("mesh", "OBJ", "engine.geometry.obj:read_obj", (".obj",)),
     Reader("mesh", "OFF", "engine.geometry.obj:read_off", (".off",), signatures=(b"OFF",)),
     Reader("mesh", "PLY", "engine.geometry.ply:read_ply", (".ply",), signatures=(b"ply",)),
-    Reader("mesh", "STL", _SCENE, (".stl", ".stl_ascii"), signatures=(b"solid",)),
+    Reader("mesh", "STL", "engine.geometry.read_scene:read_stl", (".stl", ".stl_ascii"), signatures=(b"solid",)),
     _brdf("GLSL of BRDF Explorer (.brdf)", "engine.brdf.written:written", ".brdf", confined=False),
     _brdf("RGL (.bsdf)", f"{_BRDF}.rgl:rgl", ".bsdf", confined=False),
     _brdf("tables of this program (.exr)", f"{_BRDF}.table_file:table", shared=(".exr",), confined=False),
