@@ -28,11 +28,23 @@ def doubts_of_light(environment: EnvironmentMap | None) -> list[str]:
 
 
 def doubts_of_scene(scene: Scene) -> list[str]:
-    """Sentences about the model of a scene, its environment, its measured BRDF and its material, each once."""
+    """Sentences about the model of a scene, its environment, its measured BRDF and its materials, each once."""
     found = [*scene.mesh.health.warnings, *doubts_of_light(scene.environment), *doubts_of_brdf(scene.brdf)]
     if scene.material is not None:
-        found += [f"{scene.material.name}: {text}" for text in scene.material.health.warnings]
+        own = [each for each in scene.material.parts if each.name in scene.mesh.part_names]
+        found += [f"{each.name}: {text}" for each in own or [scene.material] for text in each.health.warnings]
+    if scene.mesh.colours is not None and scene.colours is None:
+        found.append("the colours of the vertices are not drawn: they belong to materials of PBR maps")
     return list(dict.fromkeys(found))
+
+
+def means_of_parts(scene: Scene) -> list[str]:
+    """A sentence about parts of the model whose maps are drawn as their mean; none where there are no such parts."""
+    textured = [each for each in scene.of_parts if each.pbr is not None and each.pbr.size != (1, 1)]
+    if not textured:
+        return []
+    names = ", ".join(repr(each.material.name) for each in textured[:4] if each.material is not None)
+    return [f"the maps of {names}{' and others' if len(textured) > 4 else ''} are drawn at their mean"]
 
 
 def mean_in_place_of_maps(material: Material, show: Callable[[Step], None], done: str = "shown") -> dict[str, Any]:

@@ -265,17 +265,17 @@ def load_pbr_maps(path: Path, *others: Path) -> Steps[OpenedBundle]:
     yield Step(0.0, "opening the material")
     from engine.exchange.readers.read import read_material, read_textures
 
-    reading = read_textures((path, *others)) if others else read_material(path)
+    reading = read_textures((path, *others)) if others else read_material(path, parts=True)
     material = yield from part(reading, 0.0, 1.0)
     return OpenedBundle(material.name, material, {"source": path.name}, Referred())
 
 
 def load_model_material(path: Path) -> Steps[OpenedBundle | None]:
-    """The material that a glTF model brings; None where it has no textures."""
-    yield Step(0.0, "looking for textures")
-    from engine.exchange.readers.documents_child import has_textured_material
+    """The materials that a glTF model brings; None where its parts have none."""
+    yield Step(0.0, "looking for materials")
+    from engine.exchange.readers.documents_child import list_parts
 
-    return (yield from load_pbr_maps(path)) if has_textured_material(path) else None
+    return (yield from load_pbr_maps(path)) if list_parts(path) else None
 
 
 def settings_of_bundle(material: Material, provenance: dict[str, Any]) -> dict[str, Any]:

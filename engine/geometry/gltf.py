@@ -226,7 +226,9 @@ def _instances(node: Mapping[str, Any], accessors: _Accessors) -> Array:
     usual: dict[str, tuple[float, ...]] = {"TRANSLATION": (0, 0, 0), "ROTATION": (0, 0, 0, 1), "SCALE": (1, 1, 1)}
     count = min(accessors.count(each) for each in known.values())
     tables = [
-        accessors.values(known[key], len(each))[:count] if key in known else np.tile(np.float64(each), (count, 1))
+        accessors.values(known[key], len(each))[:count]
+        if key in known
+        else np.tile(np.array(each, np.float64), (count, 1))
         for key, each in usual.items()
     ]
     return _matrices(*tables)

@@ -337,7 +337,8 @@ def complete(
         raise InputError(name, f"holds no usable triangle ({counts})", "Export it again")
     faces = np.asarray(faces, np.int64)[usable]
     corner_normals, corner_uv, corner_colours = (
-        None if table is None else table[faces] if table.ndim == 2 else table[usable] for table in (normals, uv, colours)
+        None if table is None else table[faces] if table.ndim == 2 else table[usable]
+        for table in (normals, uv, colours)
     )
     figures["vertices_without_faces_dropped"] = len(positions) - len(np.unique(faces))
     points, place = merge_points(np.where(np.isfinite(positions), positions, 0.0)[np.unique(faces)])

@@ -18,7 +18,9 @@ from engine.gl.program import find_uniform
 
 
 class MeshBuffers:
-    """Owns a vertex and an index buffer, tangents once they are asked for, and a vertex array per program.
+    """Owns a vertex and an index buffer, tangents and colours once they are asked for, and a vertex array per program.
+
+    Faces lie in the order of the parts of the model.
 
     Positions are relative to `centre` (3,), the mesh's own without one.
     """
@@ -27,12 +29,17 @@ class MeshBuffers:
         self.context = context
         position = (mesh.positions - (mesh.centre if centre is None else centre)).astype(np.float32)
         self.vertices = context.buffer(np.concatenate([position, mesh.normals, mesh.uv], axis=1).tobytes())
-        self.indices = context.buffer(mesh.faces.tobytes())
+        faces = mesh.faces
+        if mesh.part is not None and BACKS not in mesh.health.figures:
+            faces = faces[np.argsort(mesh.part, kind="stable")]
+        self.indices = context.buffer(faces.tobytes())
         self.mesh = mesh
         self.tangents: moderngl.Buffer | None = None
+        self.colours: moderngl.Buffer | None = None
         self.arrays: dict[moderngl.Program, moderngl.VertexArray] = {}
 
-    def draw(self, program: moderngl.Program) -> None:
+    def draw(self, program: moderngl.Program, part: int | None = None) -> None:
+        """Draw all faces, or those of one part of the model."""
         if program not in self.arrays:
             wanted = (("in_position", "3f"), ("in_normal", "3f"), ("in_uv", "2f"))
             layout = " ".join(
@@ -43,8 +50,16 @@ class MeshBuffers:
             if "in_tangent" in program:
                 self.tangents = self.tangents or self.context.buffer(self.mesh.tangents.tobytes())
                 content.append((self.tangents, "3f", "in_tangent"))
+            if "in_colour" in program:
+                assert self.mesh.colours is not None
+                self.colours = self.colours or self.context.buffer(self.mesh.colours.tobytes())
+                content.append((self.colours, "3f", "in_colour"))
             self.arrays[program] = self.context.vertex_array(program, content, self.indices)
-        self._render(self.arrays[program])
+        if part is None or self.mesh.part is None:
+            self._render(self.arrays[program])
+        elif count := int(np.count_nonzero(self.mesh.part == part)):
+            first = int(np.count_nonzero(self.mesh.part < part))
+            self.arrays[program].render(vertices=3 * count, first=3 * first)
 
     def _render(self, array: moderngl.VertexArray) -> None:
         """Draw all faces; of fronts and backs at the same place those that face the camera."""
@@ -61,7 +76,7 @@ class MeshBuffers:
             array.render(vertices=3 * (len(self.mesh.faces) - both), first=3 * both)
 
     def release(self) -> None:
-        for item in (*self.arrays.values(), self.vertices, self.indices, self.tangents):
+        for item in (*self.arrays.values(), self.vertices, self.indices, self.tangents, self.colours):
             if item is not None:
                 item.release()
         self.arrays.clear()

@@ -154,7 +154,9 @@ class DirectRenderer:
         self._near: tuple[tuple[tuple[NearLamp, ...], Mesh], NearLampTexture] | None = None
         self._shadows: tuple[Key, ShadowMaps] | None = None
         self._cosines: tuple[EffectiveCosine, CosineTexture] | None = None
-        self._table: tuple[Brdf | PbrMaps, TilingMode, TableTexture | FactorTextures | PbrTextures] | None = None
+        self._tables: dict[
+            tuple[int, TilingMode], tuple[Brdf | PbrMaps, TableTexture | FactorTextures | PbrTextures]
+        ] = {}
 
     def draw(
         self,
@@ -190,12 +192,15 @@ class DirectRenderer:
         self._prepare_mesh(scene)
         reach = self._prepare_ground(scene)
         self._prepare_shadows(scene, reach)
-        program = self._prepare(scene)
         clip_from_model = scene.camera.clip_from_model(scene.mesh.centre, reach, aspect)
         matrix = np.ascontiguousarray((tile_from_clip @ clip_from_model).T, np.float32)
-        find_uniform(program, "clip_from_model").write(matrix)
         assert self._mesh is not None
-        self._mesh[1].draw(program)
+        self._keep_tables(scene)
+        self.messages = []
+        for number, part in enumerate(scene.of_parts):
+            program = self._prepare(part)
+            find_uniform(program, "clip_from_model").write(matrix)
+            self._mesh[1].draw(program, number if len(scene.of_parts) > 1 else None)
         self._draw_ground(scene, matrix)
 
     def _prepare_mesh(self, scene: Scene) -> None:
@@ -263,7 +268,7 @@ class DirectRenderer:
         """Upload what changed, choose the program and set its uniforms."""
         textures = self._upload(scene)
         program = self._program(scene, textures)
-        self.messages = list(textures.messages) if textures else []
+        self._say(textures.messages if textures else [])
         eye = np.subtract(scene.camera.eye, scene.mesh.centre)
         values = {
             "eye": tuple(eye),
@@ -315,18 +320,25 @@ class DirectRenderer:
                 program, {f"brdf_{parameter.name}": getattr(brdf, parameter.name) for parameter in parameters(brdf)}
             )
             return
-        if self._table is None or self._table[0] is not brdf or self._table[1] != scene.tiling_mode:
-            if self._table is not None:
-                self._table[-1].release()
-                self._table = None
+        key = id(brdf), scene.tiling_mode
+        if key not in self._tables:
             owner: TableTexture | FactorTextures | PbrTextures
             if isinstance(brdf, PbrMaps):
                 owner = PbrTextures(self.context, brdf, self.limits, scene.tiling_mode)
             else:
                 owner = factor_textures(self.context, brdf) or TableTexture(self.context, brdf, self.limits)
-            self._table = (brdf, scene.tiling_mode, owner)
-        self._table[-1].bind(program)
-        self.messages += self._table[-1].messages
+            self._tables[key] = (brdf, owner)
+        self._tables[key][-1].bind(program)
+        self._say(self._tables[key][-1].messages)
+
+    def _say(self, messages: Sequence[str]) -> None:
+        self.messages += [each for each in messages if each not in self.messages]
+
+    def _keep_tables(self, scene: Scene) -> None:
+        """Free the textures of BRDFs and PBR maps that the scene does not have."""
+        wanted = {(id(each.pbr or each.brdf), scene.tiling_mode) for each in scene.of_parts}
+        for key in [each for each in self._tables if each not in wanted]:
+            self._tables.pop(key)[-1].release()
 
     def load(self, shading: Shading, mode: TilingMode = "grid") -> Iterator[None]:
         """Bring the maps of a material to the device piece by piece, some milliseconds each; nothing is drawn
@@ -380,6 +392,7 @@ class DirectRenderer:
         elif scene.pbr is None and isinstance(scene.brdf, Model):
             definitions |= scene.brdf.shader_definitions
         definitions |= {"HEX_TILING": "1"} if scene.has_texels and scene.tiling_mode == "hex" else {}
+        definitions |= {"VERTEX_COLOURS": "1"} if scene.colours is not None else {}
         definitions |= {"PBR_MAPS": "1"} if scene.pbr else {} if scene.brdf.isotropic else {"BRUSHED": "1"}
         definitions |= self._debug
         key = tuple(definitions.items())
@@ -409,17 +422,18 @@ class DirectRenderer:
                 self._material,
                 self._lights,
                 self._near,
-                self._table,
                 self._cosines,
                 self._shadows,
             ),
+            *self._tables.values(),
         ):
             if owner is not None:
                 owner[-1].release()
         for program in {id(program): program for program in self._programs.values() if program}.values():
             program.release()
         self._tiles.release()
-        self._mesh = self._ground = self._material = self._lights = self._table = self._cosines = None
+        self._tables.clear()
+        self._mesh = self._ground = self._material = self._lights = self._cosines = None
         self._near = self._shadows = None
         self._last_good = None
         self._programs.clear()

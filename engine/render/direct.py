@@ -34,6 +34,7 @@ from engine.shading.directional.effective_light import weights_at
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.lookup import share_and_gain
 from engine.shading.shading_map import ShadingMap
+from engine.surface.pbr_maps import PbrMaps
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -82,6 +83,19 @@ def _make_ground_scene(scene: Scene) -> Scene:
     return replace(scene, brdf=Lambert((scene.ground.albedo,) * 3), material=None)
 
 
+#: Of what has one BRDF everywhere.
+NO_MAPS = Maps([])
+
+
+def part_of(scene: Scene, face: NDArray[np.int32]) -> NDArray[np.int32]:
+    """The place (N,) among `scene.of_parts` of each triangle of the surface, and after these the ground."""
+    count, parts = len(scene.mesh.faces), len(scene.of_parts)
+    if parts == 1 or scene.mesh.part is None:
+        return np.where(face >= count, 1, 0).astype(np.int32)
+    on_model = scene.mesh.part[np.minimum(face, count - 1)]
+    return np.where(face >= count, parts, on_model).astype(np.int32)
+
+
 class Shader:
     """Shades single sub-pixels of one scene in an image of `size` (width, height) sub-pixels."""
 
@@ -91,7 +105,7 @@ class Shader:
         self._surface, self._positions = scene.surface, _vertices(scene)
         self._ground = _make_ground_scene(scene) if scene.ground is not None else None
         self._caster = caster_of(self._surface)
-        self._maps = maps_of_scene(scene)
+        self._maps = [maps_of_scene(each) for each in scene.of_parts]
 
     def __call__(self, row: Indices, column: Indices, lights: DistantLights | None = None) -> Array:
         """(N, 4) radiance and coverage 1 where the mesh is hit, else 0.
@@ -113,14 +127,22 @@ class Shader:
 
     def _shade_visible(self, row: Indices, column: Indices, face: NDArray[Any], lights: DistantLights | None) -> Array:
         """(N, 3) of the triangles that are seen: of the model, and of the ground behind them in the list."""
-        value, ground = np.empty((len(face), 3)), face >= len(self.scene.mesh.faces)
-        for part, scene in ((np.flatnonzero(~ground), self.scene), (np.flatnonzero(ground), self._ground)):
-            if part.size and scene is not None:
-                value[part] = self._radiance(scene, row[part], column[part], face[part], lights)
+        value, number = np.empty((len(face), 3)), part_of(self.scene, face)
+        scenes = [*zip(self.scene.of_parts, self._maps, strict=True), (self._ground, NO_MAPS)]
+        for at, (scene, maps) in enumerate(scenes):
+            points = np.flatnonzero(number == at)
+            if points.size and scene is not None:
+                value[points] = self._radiance(scene, maps, row[points], column[points], face[points], lights)
         return value
 
     def _radiance(
-        self, scene: Scene, row: Indices, column: Indices, face: NDArray[np.int32], lights: DistantLights | None
+        self,
+        scene: Scene,
+        maps: Maps,
+        row: Indices,
+        column: Indices,
+        face: NDArray[np.int32],
+        lights: DistantLights | None,
     ) -> Array:
         surface, faces = self._surface, self._surface.faces[face]
         triangle = self._positions[faces]
@@ -160,9 +182,11 @@ class Shader:
         seen = np.einsum("nc,nci->ni", weights, uv)
         if scene.pbr is not None:
             assert axes is not None
-            return self._shade_texels(seen, along, frame, axes, wo, lit)
+            colours = scene.colours
+            tint = None if colours is None else np.einsum("nc,nci->ni", weights, colours[faces])
+            return self._shade_texels(scene.pbr, maps, (seen, tint), along, frame, axes, wo, lit)
         terms = _light_terms(scene.brdf.f, lit, frame, viewer, axes, scene)
-        return sample(scene, self._maps, seen, along, terms)
+        return sample(scene, maps, seen, along, terms)
 
     def _cast_shadows(self, lit: _Lit, face: NDArray[np.int32], weights: Array, wo: Array, normal: Array) -> _Lit:
         """The lights as rays from the points, at `weights` (N, 3) of the triangles `face` (N,), find them."""
@@ -184,15 +208,27 @@ class Shader:
 
         return _Lit(lights, lit.place, visible, reach)
 
-    def _shade_texels(self, uv: Array, along: list[Array], frame: Array, axes: Array, wo: Array, lit: _Lit) -> Array:
-        """Radiance (N, 3) of PBR maps; where normals within a pixel differ much, it is looked up in four parts."""
-        detail = level_of_detail(self._maps.levels, along)
-        maps = self.scene.pbr
-        assert maps is not None
+    def _shade_texels(
+        self,
+        pbr: PbrMaps,
+        maps: Maps,
+        seen: tuple[Array, Array | None],
+        along: list[Array],
+        frame: Array,
+        axes: Array,
+        wo: Array,
+        lit: _Lit,
+    ) -> Array:
+        """Radiance (N, 3) of PBR maps; where normals within a pixel differ much, it is looked up in four parts.
+
+        What is `seen` are texture coordinates (N, 2), and colours of vertices (N, 3) or None.
+        """
+        uv, tint = seen
+        detail = level_of_detail(maps.levels, along)
 
         def shade(at: Indices, shift: Array, finer: float) -> tuple[Texels, Array]:
             lower = np.maximum(detail[at] - finer, 0.0)
-            texels = texels_at(self._maps, uv[at] + shift, lower, maps)
+            texels = texels_at(maps, uv[at] + shift, lower, pbr).tint(None if tint is None else tint[at])
             bent = texels.bend_frames(frame[at], axes[at], wo[at])
             viewer = np.einsum("nij,ni->nj", bent, wo[at])
             value = np.zeros((len(viewer), 3))

@@ -10,6 +10,7 @@ relief hides is not hidden here.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +57,27 @@ class Texels:
     layers: OpenPbr | None = None
     joint: Floats | None = None
     apart: Floats | None = None
+
+    def scatter(self, points: Indices, count: int, among: Texels | None) -> Texels:
+        """The same at the `points` (N,) of so many, beside those `among` them; nothing where texels differ within."""
+        names = ("base_colour", "roughness", "metallic", "f0", "normal", "spread", "length")
+        values: dict[str, Any] = {}
+        for name in names:
+            own = getattr(self, name)
+            values[name] = np.zeros((count, *own.shape[1:])) if among is None else getattr(among, name)
+            values[name][points] = own
+        return replace(self, joint=None, apart=None, **values)
+
+    def belonging_to(self, maps: PbrMaps) -> Texels:
+        """The same with the layers of `maps`."""
+        return replace(self, scatters_again=maps.multiple_scattering, layers=maps.layers)
+
+    def tint(self, colours: Floats | None) -> Texels:
+        """The same with base colours times `colours` (N, 3)."""
+        if colours is None:
+            return self
+        joint = None if self.joint is None else self.joint * colours
+        return replace(self, base_colour=self.base_colour * colours, joint=joint)
 
     def parts(self) -> list[tuple[Floats, Texels]]:
         """Texels of one roughness whose sum, with weights (N,), the point shows: metal, what is none, and a mixture as

@@ -19,7 +19,7 @@ from engine.brdf.models.multiple_scattering import SMOOTHEST
 from engine.brdf.models.sampling import sampler_of, samples_itself
 from engine.brdf.models.sampling_lobes import BELOW_ONE, CosineLobe, Mixture, VisibleGgxLobe
 from engine.core.kernels import scalar
-from engine.render.direct import sample, texture_axes, texture_coordinates
+from engine.render.direct import part_of, sample, texture_axes, texture_coordinates
 from engine.render.hex_tiling import maps_of_scene
 from engine.render.pbr import Texels, texels_at
 from engine.scene.scene import Scene
@@ -53,6 +53,9 @@ Indices = NDArray[np.int64]
 #: texels, and each highlight is about as wide as one of them.
 WIDTHS = (0.02, 0.3, 0.7, 0.98)
 
+#: Quantiles of these where parts of a model have materials of their own, and the most widths of coats.
+OF_ALL, MOST_COATS = (0.0, 0.3, 0.7, 1.0), 3
+
 #: Pairs of directions that a BRDF evaluates at once without threads of its own.
 BLOCK = 8192
 
@@ -78,7 +81,7 @@ class Reflector:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self._diffuse_share, self._highlights = _lobes(scene)
-        self._maps = maps_of_scene(scene)
+        self._maps = [maps_of_scene(each) for each in scene.of_parts]
         self._ground_from = len(scene.mesh.faces) if scene.ground is not None else None
         measured = type(scene.brdf) not in MODELS.values()
         # kernels of measurements use all threads by themselves, and not every pool of threads lets two callers in
@@ -108,11 +111,28 @@ class Reflector:
         face = at.face if ground is None else np.where(ground, 0, at.face)
         corners = texture_coordinates(scene, scene.mesh.faces[face])
         uv = np.einsum("nc,nci->ni", at.barycentric, corners)
-        texels = texels_at(self._maps, uv, np.zeros(len(uv)), scene.pbr)
+        texels = self._texels(face, uv)
+        if scene.colours is not None:
+            texels = texels.tint(np.einsum("nc,nci->ni", at.barycentric, scene.colours[scene.mesh.faces[face]]))
         axes = texture_axes(scene.mesh.positions[scene.mesh.faces[face]], corners, at.frame[..., 2])
         frame = texels.bend_frames(at.frame, axes, away)
         frame = frame if ground is None else np.where(ground[:, None, None], at.frame, frame)
         return replace(at, frame=frame, viewer=to_local(frame, away), texels=texels)
+
+    def _texels(self, face: NDArray[np.int32], uv: Floats) -> Texels:
+        """The PBR maps of the part of each triangle (N,) of the model at `uv` (N, 2), with the layers of the first."""
+        number, scenes = part_of(self.scene, face), self.scene.of_parts
+        found: Texels | None = None
+        for at, (scene, maps) in enumerate(zip(scenes, self._maps, strict=True)):
+            points = np.flatnonzero(number == at)
+            assert scene.pbr is not None
+            if len(points) == len(face):
+                return texels_at(maps, uv, np.zeros(len(uv)), scene.pbr)
+            if points.size:
+                texels = texels_at(maps, uv[points], np.zeros(len(points)), scene.pbr)
+                found = texels.scatter(points, len(face), found)
+        assert found is not None
+        return found
 
     @property
     def has_highlight(self) -> bool:
@@ -160,7 +180,7 @@ class Reflector:
 
     def _object(self, at: Points, index: Indices, wi: Floats) -> Floats:
         if at.texels is not None:
-            return at.texels.f(index, wi, at.viewer[index]) * wi[:, 2:]
+            return self._reflect_texels(at, at.texels, index, wi) * wi[:, 2:]
         f = self._f(wi, at.viewer[index])
         if self.scene.shading is None or len(index) == 0:
             return f * wi[:, 2:]
@@ -169,7 +189,18 @@ class Reflector:
         uv = np.einsum("nc,nci->ni", at.barycentric[index], corners)
         along = [np.zeros_like(uv)] * 2
         heading = self._heading(at, index, wi, corners) if isinstance(scene.shading, DirectionalMap) else None
-        return sample(scene, self._maps, uv, along, iter([(everywhere, f, wi[:, 2], np.ones(3), heading)]))
+        return sample(scene, self._maps[0], uv, along, iter([(everywhere, f, wi[:, 2], np.ones(3), heading)]))
+
+    def _reflect_texels(self, at: Points, texels: Texels, index: Indices, wi: Floats) -> Floats:
+        scenes = self.scene.of_parts
+        number = part_of(self.scene, at.face[index])
+        value = np.zeros((len(index), 3))
+        for part, scene in enumerate(scenes):
+            assert scene.pbr is not None
+            points = np.flatnonzero(number == part) if len(scenes) > 1 else np.arange(len(index))
+            own = texels.belonging_to(scene.pbr)
+            value[points] = own.f(index[points], wi[points], at.viewer[index[points]])
+        return value
 
     def _heading(self, at: Points, index: Indices, wi: Floats, corners: Floats) -> Floats:
         """Directions `wi` (K, 3) along the axes of the texture, (K, 2)."""
@@ -191,9 +222,12 @@ def _lobes(scene: Scene) -> tuple[float, Mixture | None]:
     mixture = sampler_of(scene.brdf)
     assert isinstance(mixture, Mixture)
     if scene.pbr is not None:
-        widths = np.unique(np.quantile(np.maximum(scene.pbr.roughness, SMOOTHEST) ** 2.0, WIDTHS).round(4))
-        if scene.pbr.layers is not None and scene.pbr.layers.coat_weight > 0.0:
-            widths = np.append(widths, max(scene.pbr.layers.coat_roughness, SMOOTHEST) ** 2)
+        parts = [each.pbr for each in scene.of_parts if each.pbr is not None]
+        of_parts = [np.quantile(np.maximum(each.roughness, SMOOTHEST) ** 2.0, WIDTHS) for each in parts]
+        of_all = of_parts[0] if len(parts) == 1 else np.quantile(of_parts, OF_ALL)
+        widths = np.unique(of_all.round(4))
+        coats = [each.layers.coat_roughness for each in parts if each.layers and each.layers.coat_weight > 0.0]
+        widths = np.append(widths, np.unique(np.maximum(coats, SMOOTHEST) ** 2)[:MOST_COATS])
         lobes = tuple(VisibleGgxLobe(width, width) for width in widths.tolist())
         return mixture.shares[0], Mixture(lobes, (1.0 / len(lobes),) * len(lobes))
     diffuse, rest = mixture.shares[0], mixture.lobes[1:]

@@ -51,6 +51,8 @@ class Material(Summary):
         the model nearest to it, for what holds no table.
     surface : PBR maps of the surface behind the photographs, beside what is looked up. Exports take them; nothing is
         drawn from them here.
+    parts : materials of the parts of the model that it came with, by their names; one for each name that its file has.
+        What has room for one material takes this one.
     credits : its title, author, licence and source, as far as they are known.
     mask : (H, W) bool, True for texels of the object; the others are background, which pages show transparent. None
         where all are the object's.
@@ -69,6 +71,7 @@ class Material(Summary):
     surface: SurfaceMaps | None = None
     mask: NDArray[np.bool_] | None = None
     credits: Credits = field(default_factory=Credits)
+    parts: tuple[Material, ...] = ()
 
     @property
     def has_map(self) -> bool:
@@ -131,12 +134,34 @@ def material_of_maps(maps: PbrMaps, name: str, health: Health | None = None) -> 
     return Material(None, None, brdf_to_text(mean), name=name, health=health or Health(), pbr=maps)
 
 
+def at_mean(material: Material) -> Material:
+    """The material with PBR maps of one texel, the mean of all, and its parts with theirs."""
+    parts = tuple(at_mean(each) for each in material.parts)
+    maps = material.pbr
+    if maps is None:
+        return replace(material, parts=parts)
+
+    def mean(values: NDArray[np.float32]) -> NDArray[np.float32]:
+        return np.asarray(values.mean(axis=(0, 1), keepdims=True, dtype=np.float64), np.float32)
+
+    kept = {"multiple_scattering": maps.multiple_scattering, "layers": maps.layers}
+    flat = np.array([[[0.0, 0.0, 1.0]]], np.float32)
+    values = [mean(each) for each in (maps.base_colour, maps.roughness, maps.metallic, maps.f0)]
+    one = PbrMaps(values[0], flat, *values[1:], **kept)  # type: ignore[arg-type]
+    return replace(material, pbr=one, parts=parts)
+
+
 def set_multiple_scattering(material: Material, on: bool) -> Material:
     """The material whose PBR maps have the light that facets scatter more than once, or not; ValueError without any."""
     if material.pbr is None:
         raise ValueError("multiple scattering is that of PBR maps")
     maps = replace(material.pbr, multiple_scattering=on)
-    return replace(material, pbr=maps, brdf=material_of_maps(maps, material.name).brdf)
+    plain = [each.pbr is not None and each.pbr.layers is None for each in material.parts]
+    parts = tuple(
+        set_multiple_scattering(each, on) if has_none else each
+        for each, has_none in zip(material.parts, plain, strict=True)
+    )
+    return replace(material, pbr=maps, brdf=material_of_maps(maps, material.name).brdf, parts=parts)
 
 
 def error_figures(material: Material) -> dict[str, Any]:

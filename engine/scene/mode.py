@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from engine.core import plugins
+from engine.scene.material import at_mean
 from engine.scene.scene import Scene
 
 #: Group of the entry points by which installed packages bring further modes.
@@ -112,8 +113,10 @@ class Mode:
 
 
 def _cast_shadows(scene: Scene) -> Scene:
-    """The BRDF alone, with shadows of sharp lights."""
-    return replace(scene, material=None, shadows=True)
+    """The BRDF alone, with shadows of sharp lights; where parts of the model or its vertices have their own, those."""
+    material = scene.material
+    is_of_parts = material is not None and (len(scene.of_parts) > 1 or scene.colours is not None)
+    return replace(scene, material=at_mean(material) if material is not None and is_of_parts else None, shadows=True)
 
 
 SHADING_MAP = Mode(

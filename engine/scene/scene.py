@@ -17,7 +17,8 @@ For a Lambertian surface photographed from above, 'angle' and 'radiance' are one
 depends on the azimuth of the light as well (`engine.shading.directional.effective_light`): on that of each light, and
 in 'texture' and 'outgoing' on that of the mean of all, weighted by r. PBR maps hold a BRDF at each texel:
 with them the image shows sum f_r cos(theta_j) E_j, f_r that of the texel, in the frame that the map of normals bends.
-Without a material it shows the same with one f_r. Lights below the surface's own horizon add nothing, and what other
+Without a material it shows the same with one f_r. Parts of a model with materials of their own show these, and colours
+of vertices multiply base colours. Lights below the surface's own horizon add nothing, and what other
 parts of the model would reflect is not part of these images. Sharp lights (the one light, lamps, near lamps and the
 suns of the environment) cast shadows where the scene has `shadows`; the lights that stand for the rest of an
 environment reach every point.
@@ -26,7 +27,7 @@ environment reach every point.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite, radians
 from typing import Any, Literal, Protocol
 
@@ -234,6 +235,26 @@ class Scene:
             return self.material.directional
         slices, power_law = self.material.shading_map, self.material.power_law
         return (slices or power_law) if self.source == "slices" else (power_law or slices)
+
+    @cached_property
+    def of_parts(self) -> tuple[Scene, ...]:
+        """The scene with the material of each part of the model (`Mesh.part`) on everything; itself alone where all
+        have one. Parts whose names the material does not know have the material itself."""
+        names, material = self.mesh.part_names, self.material
+        if material is None or not material.parts or len(names) < 2:
+            return (self,)
+        known = {each.name: each for each in material.parts}
+        found = [known.get(name, material) for name in names]
+        scenes = tuple(replace(self, material=each, brdf=each.reflectance) for each in found)
+        shared = {name: getattr(self, name) for name in ("_soft", "sharp_lights", "lights")}
+        for scene in scenes:
+            vars(scene).update(shared)
+        return scenes
+
+    @property
+    def colours(self) -> NDArray[np.float32] | None:
+        """Colours (V, 3) of the vertices of the model, which multiply the base colours of PBR maps; None for none."""
+        return None if self.pbr is None else self.mesh.colours
 
     @property
     def has_texels(self) -> bool:

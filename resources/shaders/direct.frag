@@ -26,6 +26,9 @@ in vec2 uv;
 #if defined(BRUSHED)
 in vec3 tangent;
 #endif
+#if defined(VERTEX_COLOURS)
+in vec3 colour;
+#endif
 
 out vec4 radiance;
 
@@ -148,6 +151,10 @@ vec3 visible_normal(vec3 wo)
 // Radiance of the texel that was fetched.
 vec3 shade_texel(mat3 bent, vec3 wo)
 {
+#if defined(VERTEX_COLOURS)
+    base_here *= colour;
+    joint_here *= colour;
+#endif
     vec3 base = base_here, gloss = gloss_here, sum = vec3(0.0);
     for (int part = 0; part < parts_of_texel(); ++part) {
         float weight = choose_part(part, base, gloss);

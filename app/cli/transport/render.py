@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from app.arguments.results import Input, Output, software
-from app.cli.doubts import doubts_of_scene, mean_in_place_of_maps
+from app.cli.doubts import doubts_of_scene, mean_in_place_of_maps, means_of_parts
 from app.cli.transport import project_input, render_auto, render_transport, render_turntable, scene_options
 from app.cli.transport.options import angles_argument, lamp_argument
 from app.cli.transport.render_output import (
@@ -237,7 +237,9 @@ def _draw_scene(setup: Setup | None, arguments: argparse.Namespace, show: Callab
     by_mean: dict[str, Any] = {}
     mode = MODES.get(arguments.mode)
     if mode is not None and not mode.shows_texels and material is not None and material.pbr is not None:
-        by_mean = mean_in_place_of_maps(material, show)
+        keeps_parts = scene.material is not None
+        seen = replace(scene, material=material)
+        by_mean = {"warnings": means_of_parts(seen)} if keeps_parts else mean_in_place_of_maps(material, show)
     plan: dict[str, Any] = {}
     if arguments.mode == "auto":
         scene, arguments, plan = render_auto.plan(scene, arguments, show)
@@ -258,11 +260,18 @@ def _draw_scene(setup: Setup | None, arguments: argparse.Namespace, show: Callab
         **drawn,
         **record_of(image),
         "sigma": scene.sigma,
+        **_materials(scene),
         **lights_of(scene),
         **error,
         "time_s": time.perf_counter() - start,
     }
     return join(record, by_mean)
+
+
+def _materials(scene: Scene) -> dict[str, Any]:
+    """`materials`, the names of those of the parts of the model, where it has several."""
+    parts = [each.material.name for each in scene.of_parts if each.material is not None]
+    return {"materials": parts} if len(parts) > 1 else {}
 
 
 def _setup(arguments: argparse.Namespace) -> Setup | None:

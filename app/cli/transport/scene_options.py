@@ -10,7 +10,7 @@ from app.arguments.results import Input
 from app.cli.transport import project_input
 from app.cli.transport.options import brushing_argument
 from engine.core.errors import UsageError
-from engine.exchange.readers.documents_child import has_textured_material
+from engine.exchange.readers.documents_child import list_parts
 from engine.exchange.readers.read import holds_pbr_maps, open_material
 from engine.factor.factor_file import open_reflectance
 from engine.geometry.camera import frame, parse
@@ -29,7 +29,10 @@ MESH_HELP = (
     "a file, a built-in (sphere, plane, torus-knot, cloth, blob), a project (.lap), which brings its scene, or a "
     "material of another program, which is shown on a sphere, a .glb on its own model"
 )
-MATERIAL_HELP = "a bundle, a folder or zip of PBR textures, a MaterialX document (.mtlx) or a glTF file (.glb, .gltf)"
+MATERIAL_HELP = (
+    "a bundle, a folder or zip of PBR textures, a MaterialX document (.mtlx) or a glTF file (.glb, .gltf; of several "
+    "materials the one named in FILE#NAME)"
+)
 
 #: Model that a material without one is shown on.
 SHOWN_ON = "sphere"
@@ -94,7 +97,7 @@ def defaults_of_options() -> dict[str, float]:
 def take_own_material(arguments: argparse.Namespace) -> None:
     """Take the material in the place of the model, and the model that it has or `SHOWN_ON`.
 
-    Nothing changes where a project, a model without textures, or another material or BRDF is given.
+    Nothing changes where a project, a model without materials, or another material or BRDF is given.
     """
     if project_input.is_given(arguments) or arguments.material is not None or arguments.brdf is not None:
         return
@@ -103,7 +106,7 @@ def take_own_material(arguments: argparse.Namespace) -> None:
 
     path = Path(arguments.mesh)
     is_model = path.suffix.lower() in (".glb", ".gltf")
-    if not holds_pbr_maps(path) or (is_model and not has_textured_material(path)):
+    if not holds_pbr_maps(path) or (is_model and not list_parts(path)):
         return
     arguments.material = arguments.mesh
     if is_model:
@@ -144,7 +147,7 @@ def scene_of(arguments: argparse.Namespace, verb: str) -> Scene:
 
 
 def material_of(setup: Setup | None, arguments: argparse.Namespace) -> Material | None:
-    """The material that is given, or that of the project."""
+    """The material that is given, with those of the parts of its model, or that of the project."""
     if setup is not None:
         return setup.project.material
-    return open_material(arguments.material) if arguments.material else None
+    return open_material(arguments.material, parts=True) if arguments.material else None

@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from engine.core.errors import InputError
-from engine.exchange.readers.gltf import JSON_LIMIT_BYTES, gltf_of, has_textures
+from engine.exchange.readers.gltf import JSON_LIMIT_BYTES, gltf_of, parts_of
 from engine.exchange.readers.materialx import materialx_of
 from engine.exchange.readers.textures import Described, Image, Input, file_beside
 from engine.scene.credits import credits_of
@@ -28,41 +28,43 @@ _REMEDIES = {"materialx": "Copy the textures beside the document", "gltf": "Expo
 _IMAGES, _MODEL = "engine.images.decode", "engine.geometry.mesh"
 
 
-def describe_document(path: Path, kind: Kind) -> Described:
-    """The material of a document; InputError where it has none, is damaged, or names a file that is not there."""
+def describe_document(path: Path, kind: Kind, material: str = "") -> Described:
+    """The material of a document, of a glTF file the one of that name; InputError where it has none, is damaged, or
+    names a file that is not there."""
     decoder = "engine.exchange.readers.documents_child:decode_document"
-    reply = decode_in_child(decoder, path, limit_bytes=_limit_bytes(path, kind), process=_IMAGES, kind=kind)
+    more: dict[str, Any] = {"material": material} if material else {}
+    reply = decode_in_child(decoder, path, limit_bytes=_limit_bytes(path, kind), process=_IMAGES, kind=kind, **more)
     values: dict[str, Any] = {
         each.name: _input(path, kind, value, reply) if each.name in reply["inputs"] else value
         for each in fields(Described)
         if (value := reply["described"].get(each.name)) is not None
     }
     credits = credits_of(values["credits"])
-    return Described(**{**values, "notes": tuple(values["notes"]), "credits": credits})
+    sentences = {each: tuple(values[each]) for each in ("notes", "elsewhere")}
+    return Described(**{**values, **sentences, "credits": credits})
 
 
-def has_textured_material(path: Path) -> bool:
-    """True if a glTF file states a material with a texture; False also for what cannot be read."""
-    decoder = "engine.exchange.readers.documents_child:decode_textured"
+def list_parts(path: Path) -> list[str]:
+    """Names of the materials that the model of a glTF file has on its parts; none for what cannot be read."""
+    decoder = "engine.exchange.readers.documents_child:decode_parts"
     try:
         found = decode_in_child(decoder, path, limit_bytes=_limit_bytes(path, "gltf"), process=_MODEL)
     except InputError:
-        return False
-    return bool(found["textured"])
+        return []
+    return [str(name) for name in found["parts"]]
 
 
-def decode_textured(content: bytes, name: str) -> dict[str, bool]:
-    """The decoder: whether a glTF file states a material with a texture."""
-    return {"textured": has_textures(content, Path(name))}
+def decode_parts(content: bytes, name: str) -> dict[str, list[str]]:
+    """The decoder: `parts`, the names of the materials of the model of a glTF file."""
+    return {"parts": parts_of(content, Path(name))}
 
 
-def decode_document(content: bytes, name: str, kind: Kind) -> dict[str, Any]:
+def decode_document(content: bytes, name: str, kind: Kind, material: str = "") -> dict[str, Any]:
     """The decoder: `described`, the fields of a `Described` by name; `inputs`, those that are an `Input`; and images.
 
     Each of these names the array with its content, or the file that it is, or lies in at `part`.
     """
-    read = {"materialx": materialx_of, "gltf": gltf_of}[kind]
-    described = read(content, Path(name))
+    described = gltf_of(content, Path(name), material) if kind == "gltf" else materialx_of(content, Path(name))
     values = {each.name: getattr(described, each.name) for each in fields(Described)}
     inputs = [each for each, value in values.items() if isinstance(value, Input)]
     images = {each: values[each].image.content for each in inputs if values[each].image is not None}

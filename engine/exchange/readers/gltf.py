@@ -1,11 +1,11 @@
 """The material of a glTF 2.0 file, `.glb` or `.gltf`: `pbrMetallicRoughness`, normals, occlusion, and an f0.
 
 Base colour is sRGB-coded, roughness is green and metallic blue of one texture, occlusion red (glTF 2.0, Sec. 3.9); y of
-normals is up. KHR_materials_ior gives f0 = ((ior − 1) / (ior + 1))², KHR_materials_specular a share of it. Of several
-materials the first with a texture is taken. Specular-glossiness becomes metal and roughness, and a material without
-light a diffuse one of its colour. What is not drawn is named, every property that is not read among it, and a file that
-requires an extension that is not known is refused. Images may lie within the file, beside it or below its folder. All
-this runs in the decoder process (`engine.exchange.readers.documents_child`).
+normals is up. KHR_materials_ior gives f0 = ((ior − 1) / (ior + 1))², KHR_materials_specular a share of it. Materials
+are read one at a time, by their names (`engine.geometry.gltf.material_names`). Specular-glossiness becomes metal and
+roughness, and a material without light a diffuse one of its colour. What is not drawn is named, every property that is
+not read among it, and a file that requires an extension that is not known is refused. Images may lie within the file,
+beside it or below its folder. All this runs in the decoder process (`engine.exchange.readers.documents_child`).
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from engine.brdf.brdf import brdf_to_text
 from engine.core.errors import InputError
 from engine.exchange.readers.layers import gltf_values, has_layers, layers_of
 from engine.exchange.readers.textures import Channel, Described, Image, Input
+from engine.geometry.gltf import NO_MATERIAL, TexturePlace, has_materials, material_names, texture_places
 from engine.images.decode import TransferChoice
 from engine.scene.credits import Credits, clean, credits_of
 from engine.storage.text import read_json
@@ -93,27 +94,46 @@ _LAYERS: dict[str, dict[str, tuple[str, tuple[float, ...]]]] = {
 }
 
 
-def has_textures(content: bytes, path: Path) -> bool:
-    """True if the content of a file states a material with a texture; InputError where it is not glTF."""
+def parts_of(content: bytes, path: Path) -> list[str]:
+    """Names of the materials that primitives have, in the order of the file; none where they have neither a material
+    nor colours of vertices."""
     tree, _ = _open(content, path)
-    return any(_is_textured(each) for each in _list(tree, "materials"))
+    if not has_materials(tree):
+        return []
+    names = material_names(tree)
+    used = {each.get("material") for mesh in _list(tree, "meshes") for each in mesh["primitives"]}
+    return [*(name for at, name in enumerate(names) if at in used), *([NO_MATERIAL] if None in used else [])]
 
 
-def gltf_of(content: bytes, path: Path) -> Described:
-    """The material of a file's content, as it names other files; InputError where it has none."""
+def gltf_of(content: bytes, path: Path, name: str = "") -> Described:
+    """A material of a file's content, as it names other files; InputError where it has none.
+
+    That of this `name`, or else of those that the model has the first with a texture, which a sentence says.
+    """
     tree, body = _open(content, path)
-    materials = [each for each in _list(tree, "materials") if isinstance(each, dict)]
-    if not materials:
+    named = dict(zip(material_names(tree), _list(tree, "materials"), strict=True))
+    named = {key: each for key, each in named.items() if isinstance(each, dict)}
+    parts = parts_of(content, path)
+    if NO_MATERIAL in parts:
+        named[NO_MATERIAL] = {}
+    if not named:
         raise InputError(path, "has no material", "Export it with its materials")
-    material = next((each for each in materials if _is_textured(each)), materials[0])
-    name = str(material.get("name") or path.stem)[:60]
-    notes = [f"of {len(materials)} materials, {name!r} is taken"] if len(materials) > 1 else []
-    if _has_vertex_colours(tree, _list(tree, "materials").index(material)):
-        notes.append("colours of vertices are passed over")
-    described = _Reader(path, tree, body, notes).describe(material, name)
+    if name and name not in named:
+        known = ", ".join(repr(each) for each in list(named)[:5])
+        raise InputError(path, f"has no material {name!r}", f"Choose one of {known}")
+    candidates = [*parts, *(each for each in named if each not in parts)]
+    taken = name or next((each for each in candidates if _is_textured(named[each])), candidates[0])
+    material = named[taken]
+    elsewhere = []
+    if len(named) > 1 and not name:
+        elsewhere.append(f"of {len(named)} materials, {taken!r} is taken; {path.name}#NAME chooses another one")
+    if _has_vertex_colours(tree, None if taken == NO_MATERIAL else list(material_names(tree)).index(taken)):
+        elsewhere.append("colours of vertices are passed over on other models")
+    title = taken if taken in (material.get("name"), NO_MATERIAL) or len(named) > 1 else path.stem
+    described = _Reader(path, tree, body, []).describe(material, title[:60])
     asset = _dict(tree, "asset")
     stated = credits_of(_dict(asset, "extras")) or Credits(copyright=clean(asset.get("copyright")))
-    return replace(described, credits=stated)
+    return replace(described, credits=stated, elsewhere=(*elsewhere, *described.elsewhere))
 
 
 class _Reader:
@@ -123,6 +143,20 @@ class _Reader:
         self.path, self.tree, self.body, self.notes = path, tree, body, notes
 
     def describe(self, material: dict[str, Any], name: str) -> Described:
+        """The material, with what of its texture coordinates is not that of its own model alone."""
+        places = texture_places(material)
+        if len(places) > 1:
+            self.notes.append(
+                "textures have texture coordinates of their own (texCoord or a transform), of which those "
+                "of the first are taken for all"
+            )
+        described = self._describe(material, name)
+        if any(place != TexturePlace() for place in places):
+            said = "the texture coordinates that its textures ask for are those of its own model alone"
+            return replace(described, elsewhere=(said,))
+        return described
+
+    def _describe(self, material: dict[str, Any], name: str) -> Described:
         pbr = _dict(material, "pbrMetallicRoughness")
         base = self._numbers(pbr, "baseColorFactor", (1.0, 1.0, 1.0, 1.0))[:3]
         packed = pbr.get("metallicRoughnessTexture")
@@ -248,10 +282,6 @@ class _Reader:
         """The image of a reference to a texture, None without one."""
         if not isinstance(given, dict):
             return None
-        if "KHR_texture_transform" in _dict(given, "extensions"):
-            self.notes.append("a texture is turned or scaled against the others, which is passed over")
-        if given.get("texCoord", 0) != 0:
-            self.notes.append("a texture has texture coordinates of its own (texCoord), which are passed over")
         texture = self._entry("textures", given.get("index"))
         for extension, format_name in _IMAGES.items():
             if extension in _dict(texture, "extensions") and "source" not in texture:
@@ -335,7 +365,7 @@ def _bytes_chunk(content: bytes, start: int) -> bytes:
     return content[start + 8 : start + 8 + count] if kind == b"BIN\0" else b""
 
 
-def _has_vertex_colours(tree: dict[str, Any], material: int) -> bool:
+def _has_vertex_colours(tree: dict[str, Any], material: int | None) -> bool:
     """True if a part of a model that has the material has colours of vertices as well."""
     parts = [each for mesh in _list(tree, "meshes") if isinstance(mesh, dict) for each in _list(mesh, "primitives")]
     mine = [each for each in parts if isinstance(each, dict) and each.get("material") == material]

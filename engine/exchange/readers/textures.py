@@ -105,6 +105,7 @@ class Described:
         the base colour is then that of the diffuse part.
     normal : an image alone, or None; `normal_scale` multiplies its slopes, `upwards` is the direction of its y.
     notes : sentences about what was assumed or passed over.
+    elsewhere : sentences about what is lost on other models than that of its file.
     credits : as the files state them.
     layers : text of the OpenPBR model whose layers lie over the base; '' for none.
     """
@@ -122,6 +123,7 @@ class Described:
     normal_scale: float = 1.0
     upwards: Upwards = ""
     notes: tuple[str, ...] = ()
+    elsewhere: tuple[str, ...] = ()
     layers: str = ""
     credits: Credits = field(default_factory=Credits)
 
@@ -143,8 +145,11 @@ def file_beside(path: Path, named: str, remedy: str) -> Path:
         raise InputError(path, f"needs the file {named[:60]!r} beside it, which {error.problem}", remedy) from None
 
 
-def maps_of(described: Described) -> Steps[tuple[PbrMaps, Health]]:
-    """The maps, and findings about what was assumed; InputError for an image that cannot be read."""
+def maps_of(described: Described, most: int = MAX_SIDE) -> Steps[tuple[PbrMaps, Health]]:
+    """The maps, and findings about what was assumed; InputError for an image that cannot be read.
+
+    Maps have at most so many texels a side.
+    """
     inputs = {each.name: getattr(described, each.name) for each in fields(described)}
     images = {name: each.image for name, each in inputs.items() if isinstance(each, Input) and each.image}
     decoded: dict[object, Map] = {}
@@ -154,7 +159,7 @@ def maps_of(described: Described) -> Steps[tuple[PbrMaps, Health]]:
             decoded[image.key] = _decode(image)
     yield Step(len(images) / (len(images) + 1), "making maps")
     found = {name: _read_channel(decoded[image.key], image) for name, image in images.items()}
-    size, notes = _size(found, images)
+    size, notes = _size(found, images, most)
     notes = [*described.notes, *notes]
     found = {name: _resize(values, size) for name, values in found.items()}
     base = _colour(described.base_colour, found.get("base_colour"), size)
@@ -234,8 +239,8 @@ def _read_channel(pixels: Map, image: Image) -> Map:
     return np.ascontiguousarray(pixels[..., image.channel])
 
 
-def _size(found: Mapping[str, Map], images: Mapping[str, Image]) -> tuple[tuple[int, int], list[str]]:
-    """(H, W) of the largest image, within `MAX_SIDE`, and what is said about it; (1, 1) without any."""
+def _size(found: Mapping[str, Map], images: Mapping[str, Image], most: int) -> tuple[tuple[int, int], list[str]]:
+    """(H, W) of the largest image, within `most`, and what is said about it; (1, 1) without any."""
     if not found:
         return (1, 1), []
     height, width = max((values.shape[:2] for values in found.values()), key=lambda shape: shape[0] * shape[1])
@@ -243,7 +248,7 @@ def _size(found: Mapping[str, Map], images: Mapping[str, Image]) -> tuple[tuple[
     other = sorted({images[name].name for name, each in found.items() if each.shape[:2] != (height, width)})
     if other:
         notes.append(f"{', '.join(other)}: another size than {width} × {height} texels, brought to it")
-    scale = min(1.0, MAX_SIDE / max(height, width))
+    scale = min(1.0, most / max(height, width))
     if scale < 1.0:
         size = max(1, round(height * scale)), max(1, round(width * scale))
         notes.append(f"{width} × {height} texels are taken at {size[1]} × {size[0]}, the most that is kept")

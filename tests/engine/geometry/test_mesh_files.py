@@ -22,6 +22,7 @@ from engine.geometry.mesh import INSTEAD, Mesh, decode_mesh, read_mesh
 from engine.geometry.polygons import Polygons, triangulate
 from engine.geometry.read_scene import check_memory, estimate_faces
 from engine.storage.readers import suffixes
+from tests.engine.gltf_models import Model
 
 TRIANGLE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], np.float32)
@@ -415,6 +416,65 @@ def test_gltf_with_fans_of_triangles(indexed: bool, tmp_path: Path) -> None:
     mesh = as_gltf(tmp_path, tree)
     assert (len(mesh.faces), area(mesh)) == (2, pytest.approx(1.0))
     assert (mesh.normals[:, 2] > 0.99).all()
+
+
+def test_gltf_with_strips_of_triangles_turns_every_other_one(tmp_path: Path) -> None:
+    model = Model()
+    model.add([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 2, 0]], mode=5)
+    mesh = as_gltf(tmp_path, model.tree)
+    assert (len(mesh.faces), area(mesh)) == (3, pytest.approx(1.5))
+    assert mesh.health.figures["faces_turned"] == 0.0
+
+
+def test_gltf_with_instances_on_the_graphics_device(tmp_path: Path) -> None:
+    """EXT_mesh_gpu_instancing: moved, turned a quarter about z and doubled, within a node that lifts both by one."""
+    model = Model()
+    model.add(CORNERS, [[0, 1, 2], [1, 3, 2]])
+    attributes = {
+        "TRANSLATION": model.accessor(np.array([[5.0, 0.0, 0.0], [0.0, 7.0, 0.0]])),
+        "ROTATION": model.accessor(np.array([[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.5**0.5, 0.5**0.5]])),
+        "SCALE": model.accessor(np.array([[1.0, 1.0, 1.0], [2.0, 2.0, 2.0]])),
+    }
+    instancing = {"EXT_mesh_gpu_instancing": {"attributes": attributes}}
+    model.tree["nodes"] = [{"mesh": 0, "translation": [0, 0, 1], "extensions": instancing}]
+    mesh = as_gltf(tmp_path, {**model.tree, "extensionsRequired": ["EXT_mesh_gpu_instancing"]})
+    assert (len(mesh.faces), area(mesh)) == (4, pytest.approx(1.0 + 4.0))
+    first = mesh.positions[mesh.positions[:, 0] >= 4.0]
+    second = mesh.positions[mesh.positions[:, 0] < 4.0]
+    assert (first.min(axis=0), first.max(axis=0)) == (pytest.approx([5, 0, 1]), pytest.approx([6, 1, 1]))
+    assert (second.min(axis=0), second.max(axis=0)) == (pytest.approx([-2, 7, 1]), pytest.approx([0, 9, 1]))
+
+
+def test_gltf_takes_the_texture_coordinates_of_each_material(tmp_path: Path) -> None:
+    """texCoord 1, turned a quarter anticlockwise (v down), scaled and moved: by the formula of the extension."""
+    place = {"offset": [0.25, 0.5], "rotation": np.pi / 2.0, "scale": [2.0, 3.0], "texCoord": 1}
+    texture = {"index": 0, "texCoord": 0, "extensions": {"KHR_texture_transform": place}}
+    model = Model(materials=[{"pbrMetallicRoughness": {"baseColorTexture": texture}}])
+    second = np.array([[0.1, 0.2], [0.9, 0.2], [0.1, 0.7], [0.9, 0.7]])
+    model.add(CORNERS, [[0, 1, 2], [1, 3, 2]], material=0, TEXCOORD_0=np.zeros((4, 2)), TEXCOORD_1=second)
+    mesh = as_gltf(tmp_path, model.tree)
+    for corner, (u, v) in zip(CORNERS, second, strict=True):
+        at = np.flatnonzero((mesh.positions == corner).all(axis=1))[0]
+        assert mesh.uv[at] == pytest.approx((0.25 + 3.0 * v, 1.0 - (0.5 - 2.0 * u)), abs=1e-6)
+
+
+def test_gltf_says_which_material_each_face_has(tmp_path: Path) -> None:
+    """Names are made for materials without and for those that others have; colours stay at their corners."""
+    model = Model(materials=[{"name": "a"}, {}, {"name": "a"}])
+    colours = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    for at, material in enumerate((2, 0, 1, None)):
+        more: dict[str, Any] = {} if material is None else {"material": material}
+        more |= {"COLOR_0": colours} if at == 1 else {}
+        model.add(CORNERS[:3] + np.array([0.0, 0.0, 2.0 * at]), **more)
+    mesh = as_gltf(tmp_path, model.tree)
+    assert mesh.part_names == ("a 2", "a", "material 2", "no material")
+    assert mesh.part is not None
+    assert mesh.colours is not None
+    for face, part in zip(mesh.faces, mesh.part, strict=True):
+        assert mesh.positions[face, 2] == pytest.approx(2.0 * part)
+        wanted = colours[[int(np.argmin(np.abs(CORNERS[:3, :2] - xy).sum(axis=1))) for xy in mesh.positions[face, :2]]]
+        assert mesh.colours[face] == pytest.approx(wanted if part == 1 else np.ones((3, 3)))
+    assert mesh.flipped().part is mesh.part
 
 
 def test_gltf_without_scenes_shows_all_root_nodes(tmp_path: Path) -> None:
