@@ -131,7 +131,7 @@ ARRAYS: Mapping[str, Mapping[str, str]] = {
         "azimuth": "N!",
         "mean_radiance": "N!",
     },
-    "Mesh": {"positions": "V 3!", "normals": "V 3!", "uv": "V 2!", "faces": "F 3"},
+    "Mesh": {"positions": "V 3!", "normals": "V 3!", "uv": "V 2!", "faces": "F 3", "part": "F", "colours": "V 3!"},
     "EnvironmentMap": {"radiance": "H W 3!"},
     "DirectionalMap": {
         "planes": "K H W",

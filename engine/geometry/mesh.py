@@ -114,8 +114,10 @@ class Mesh(Summary):
             raise ValueError("positions, normals, uv and faces do not fit together")
         if len(self.faces) == 0 or self.faces.min() < 0 or self.faces.max() >= count:
             raise ValueError("faces are missing or name vertices that do not exist")
-        if self.part is not None and self.part.shape != (len(self.faces),):
-            raise ValueError("each face needs one part")
+        if self.part is not None and not (
+            self.part.shape == (len(self.faces),) and 0 <= self.part.min() <= self.part.max() < len(self.part_names)
+        ):
+            raise ValueError("each face needs a part that has a name")
         if self.colours is not None and self.colours.shape != (count, 3):
             raise ValueError("each vertex needs one colour")
         for array in (self.positions, self.normals, self.uv, self.faces, self.part, self.colours):
