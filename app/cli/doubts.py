@@ -40,7 +40,7 @@ def doubts_of_scene(scene: Scene) -> list[str]:
 
 def means_of_parts(scene: Scene) -> list[str]:
     """A sentence about parts of the model whose maps are drawn as their mean; none where there are no such parts."""
-    textured = [each for each in scene.of_parts if each.pbr is not None and each.pbr.size != (1, 1)]
+    textured = [each for each in scene.parts if each.pbr is not None and each.pbr.size != (1, 1)]
     if not textured:
         return []
     names = ", ".join(repr(each.material.name) for each in textured[:4] if each.material is not None)

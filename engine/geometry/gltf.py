@@ -119,7 +119,7 @@ def read_gltf(content: bytes, name: str, beside: Mapping[str, bytes] = MappingPr
     accessors = _Accessors(tree, body, beside, name)
     shapes: dict[int, list[dict[str, Any]]] = {}
     parts = []
-    for node, world_from_node in _placed_nodes(tree):
+    for node, world_from_node in _walk_nodes(tree):
         if node["mesh"] not in shapes:
             primitives = tree["meshes"][node["mesh"]]["primitives"]
             shapes[node["mesh"]] = [_read_primitive(tree, accessors, each) for each in primitives if _has_faces(each)]
@@ -178,7 +178,7 @@ def _refuse_deep_nodes(tree: dict[str, Any], name: str) -> None:
         raise InputError(name, "is damaged: its nodes lie within each other in a circle", AGAIN)
 
 
-def _placed_nodes(tree: dict[str, Any]) -> Iterator[tuple[dict[str, Any], Array]]:
+def _walk_nodes(tree: dict[str, Any]) -> Iterator[tuple[dict[str, Any], Array]]:
     """The nodes with meshes of the scene that is shown, each with its matrix (4, 4) to the world."""
     nodes = tree.get("nodes", ())
     children = {child for node in nodes for child in node.get("children", ())}

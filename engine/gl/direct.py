@@ -197,10 +197,10 @@ class DirectRenderer:
         assert self._mesh is not None
         self._keep_tables(scene)
         self.messages = []
-        for number, part in enumerate(scene.of_parts):
+        for number, part in enumerate(scene.parts):
             program = self._prepare(part)
             find_uniform(program, "clip_from_model").write(matrix)
-            self._mesh[1].draw(program, number if len(scene.of_parts) > 1 else None)
+            self._mesh[1].draw(program, number if len(scene.parts) > 1 else None)
         self._draw_ground(scene, matrix)
 
     def _prepare_mesh(self, scene: Scene) -> None:
@@ -336,7 +336,7 @@ class DirectRenderer:
 
     def _keep_tables(self, scene: Scene) -> None:
         """Free the textures of BRDFs and PBR maps that the scene does not have."""
-        wanted = {(id(each.pbr or each.brdf), scene.tiling_mode) for each in scene.of_parts}
+        wanted = {(id(each.pbr or each.brdf), scene.tiling_mode) for each in scene.parts}
         for key in [each for each in self._tables if each not in wanted]:
             self._tables.pop(key)[-1].release()
 

@@ -88,8 +88,8 @@ NO_MAPS = Maps([])
 
 
 def part_of(scene: Scene, face: NDArray[np.int32]) -> NDArray[np.int32]:
-    """The place (N,) among `scene.of_parts` of each triangle of the surface, and after these the ground."""
-    count, parts = len(scene.mesh.faces), len(scene.of_parts)
+    """The place (N,) among `scene.parts` of each triangle of the surface, and after these the ground."""
+    count, parts = len(scene.mesh.faces), len(scene.parts)
     if parts == 1 or scene.mesh.part is None:
         return np.where(face >= count, 1, 0).astype(np.int32)
     on_model = scene.mesh.part[np.minimum(face, count - 1)]
@@ -105,7 +105,7 @@ class Shader:
         self._surface, self._positions = scene.surface, _vertices(scene)
         self._ground = _make_ground_scene(scene) if scene.ground is not None else None
         self._caster = caster_of(self._surface)
-        self._maps = [maps_of_scene(each) for each in scene.of_parts]
+        self._maps = [maps_of_scene(each) for each in scene.parts]
 
     def __call__(self, row: Indices, column: Indices, lights: DistantLights | None = None) -> Array:
         """(N, 4) radiance and coverage 1 where the mesh is hit, else 0.
@@ -128,7 +128,7 @@ class Shader:
     def _shade_visible(self, row: Indices, column: Indices, face: NDArray[Any], lights: DistantLights | None) -> Array:
         """(N, 3) of the triangles that are seen: of the model, and of the ground behind them in the list."""
         value, number = np.empty((len(face), 3)), part_of(self.scene, face)
-        scenes = [*zip(self.scene.of_parts, self._maps, strict=True), (self._ground, NO_MAPS)]
+        scenes = [*zip(self.scene.parts, self._maps, strict=True), (self._ground, NO_MAPS)]
         for at, (scene, maps) in enumerate(scenes):
             points = np.flatnonzero(number == at)
             if points.size and scene is not None:

@@ -68,7 +68,7 @@ class Texels:
             values[name][points] = own
         return replace(self, joint=None, apart=None, **values)
 
-    def belonging_to(self, maps: PbrMaps) -> Texels:
+    def with_layers_of(self, maps: PbrMaps) -> Texels:
         """The same with the layers of `maps`."""
         return replace(self, scatters_again=maps.multiple_scattering, layers=maps.layers)
 

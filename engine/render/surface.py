@@ -54,7 +54,7 @@ Indices = NDArray[np.int64]
 WIDTHS = (0.02, 0.3, 0.7, 0.98)
 
 #: Quantiles of these where parts of a model have materials of their own, and the most widths of coats.
-OF_ALL, MOST_COATS = (0.0, 0.3, 0.7, 1.0), 3
+OF_ALL, MAX_COATS = (0.0, 0.3, 0.7, 1.0), 3
 
 #: Pairs of directions that a BRDF evaluates at once without threads of its own.
 BLOCK = 8192
@@ -81,7 +81,7 @@ class Reflector:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self._diffuse_share, self._highlights = _lobes(scene)
-        self._maps = [maps_of_scene(each) for each in scene.of_parts]
+        self._maps = [maps_of_scene(each) for each in scene.parts]
         self._ground_from = len(scene.mesh.faces) if scene.ground is not None else None
         measured = type(scene.brdf) not in MODELS.values()
         # kernels of measurements use all threads by themselves, and not every pool of threads lets two callers in
@@ -121,7 +121,7 @@ class Reflector:
 
     def _texels(self, face: NDArray[np.int32], uv: Floats) -> Texels:
         """The PBR maps of the part of each triangle (N,) of the model at `uv` (N, 2), with the layers of the first."""
-        number, scenes = part_of(self.scene, face), self.scene.of_parts
+        number, scenes = part_of(self.scene, face), self.scene.parts
         found: Texels | None = None
         for at, (scene, maps) in enumerate(zip(scenes, self._maps, strict=True)):
             points = np.flatnonzero(number == at)
@@ -192,13 +192,13 @@ class Reflector:
         return sample(scene, self._maps[0], uv, along, iter([(everywhere, f, wi[:, 2], np.ones(3), heading)]))
 
     def _reflect_texels(self, at: Points, texels: Texels, index: Indices, wi: Floats) -> Floats:
-        scenes = self.scene.of_parts
+        scenes = self.scene.parts
         number = part_of(self.scene, at.face[index])
         value = np.zeros((len(index), 3))
         for part, scene in enumerate(scenes):
             assert scene.pbr is not None
             points = np.flatnonzero(number == part) if len(scenes) > 1 else np.arange(len(index))
-            own = texels.belonging_to(scene.pbr)
+            own = texels.with_layers_of(scene.pbr)
             value[points] = own.f(index[points], wi[points], at.viewer[index[points]])
         return value
 
@@ -222,12 +222,12 @@ def _lobes(scene: Scene) -> tuple[float, Mixture | None]:
     mixture = sampler_of(scene.brdf)
     assert isinstance(mixture, Mixture)
     if scene.pbr is not None:
-        parts = [each.pbr for each in scene.of_parts if each.pbr is not None]
+        parts = [each.pbr for each in scene.parts if each.pbr is not None]
         of_parts = [np.quantile(np.maximum(each.roughness, SMOOTHEST) ** 2.0, WIDTHS) for each in parts]
         of_all = of_parts[0] if len(parts) == 1 else np.quantile(of_parts, OF_ALL)
         widths = np.unique(of_all.round(4))
         coats = [each.layers.coat_roughness for each in parts if each.layers and each.layers.coat_weight > 0.0]
-        widths = np.append(widths, np.unique(np.maximum(coats, SMOOTHEST) ** 2)[:MOST_COATS])
+        widths = np.append(widths, np.unique(np.maximum(coats, SMOOTHEST) ** 2)[:MAX_COATS])
         lobes = tuple(VisibleGgxLobe(width, width) for width in widths.tolist())
         return mixture.shares[0], Mixture(lobes, (1.0 / len(lobes),) * len(lobes))
     diffuse, rest = mixture.shares[0], mixture.lobes[1:]

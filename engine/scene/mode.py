@@ -115,7 +115,7 @@ class Mode:
 def _cast_shadows(scene: Scene) -> Scene:
     """The BRDF alone, with shadows of sharp lights; where parts of the model or its vertices have their own, those."""
     material = scene.material
-    is_of_parts = material is not None and (len(scene.of_parts) > 1 or scene.colours is not None)
+    is_of_parts = material is not None and (len(scene.parts) > 1 or scene.colours is not None)
     return replace(scene, material=at_mean(material) if material is not None and is_of_parts else None, shadows=True)
 
 

@@ -237,7 +237,7 @@ class Scene:
         return (slices or power_law) if self.source == "slices" else (power_law or slices)
 
     @cached_property
-    def of_parts(self) -> tuple[Scene, ...]:
+    def parts(self) -> tuple[Scene, ...]:
         """The scene with the material of each part of the model (`Mesh.part`) on everything; itself alone where all
         have one. Parts whose names the material does not know have the material itself."""
         names, material = self.mesh.part_names, self.material

@@ -270,7 +270,7 @@ def _draw_scene(setup: Setup | None, arguments: argparse.Namespace, show: Callab
 
 def _materials(scene: Scene) -> dict[str, Any]:
     """`materials`, the names of those of the parts of the model, where it has several."""
-    parts = [each.material.name for each in scene.of_parts if each.material is not None]
+    parts = [each.material.name for each in scene.parts if each.material is not None]
     return {"materials": parts} if len(parts) > 1 else {}
 
 

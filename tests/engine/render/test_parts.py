@@ -106,7 +106,7 @@ def test_parts_without_a_known_name_have_the_material_itself(scene: Scene) -> No
     assert scene.material is not None
     assert [part.health.warnings for part in scene.material.parts] == [[], []]
     only_left = dataclasses.replace(scene.material, parts=scene.material.parts[:1])
-    named = {each.material.name for each in dataclasses.replace(scene, material=only_left).of_parts if each.material}
+    named = {each.material.name for each in dataclasses.replace(scene, material=only_left).parts if each.material}
     assert named == {"left"}
 
 
