@@ -21,7 +21,7 @@ from engine.bundle.page import viewer
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import size_text
 from engine.core.steps import Step, drain
-from engine.exchange.readers.read import holds_pbr_maps, open_material
+from engine.exchange.readers.read import holds_material, open_material
 from engine.storage.atomic import discard, write_bytes
 
 NAME = "bundle"
@@ -115,7 +115,7 @@ def _view(bundle: Path, show: Callable[[Step], None]) -> dict[str, Any]:
 
 def _make(source: Path, output: Path, show: Callable[[Step], None]) -> None:
     """Write PBR maps of others, or the material of a project: InputError where it has none, or its data are gone."""
-    if holds_pbr_maps(source):
+    if holds_material(source):
         check_replaceable(output)
         show(Step(0.0, "reading the maps"))
         drain(save_bundle(output, open_material(source), provenance={"source": source.name}), show)

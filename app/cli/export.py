@@ -40,7 +40,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "source",
         type=Input(),
         metavar="MATERIAL|PROJECT",
-        help="a bundle, a project (.lap), a folder or zip of PBR textures, a MaterialX document (.mtlx) or a glTF file",
+        help="a bundle, a project (.lap), a folder or zip of PBR textures, a MaterialX document (.mtlx), a glTF file "
+        "or an RTI file (.ptm, .rti, a folder with info.json)",
     )
     parser.add_argument("--to", nargs="+", action="extend", choices=(*EXPORTERS, "auto"), help="targets, one or more")
     parser.add_argument(
@@ -154,16 +155,12 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 def _find_width_mm(source: str, material: Material) -> float | None:
     """The width that the provenance of a bundle tells, None for anything else."""
     from engine.bundle.manifest import MAPS_PROCESS, describe_bundle
+    from engine.exchange.readers.read import holds_material
 
-    if is_project(source) or not material.has_map or (material.pbr is not None and not _is_bundle(source)):
+    if is_project(source) or not material.has_map or holds_material(source):
         return None
     size = mm_per_texel(describe_bundle(source, MAPS_PROCESS)["provenance"])
     return None if size is None else size * material.size[1]
-
-
-def _is_bundle(source: str) -> bool:
-    path = Path(source)
-    return (path / "manifest.json").is_file() if path.is_dir() else path.suffix.lower() == ".lightarc"
 
 
 def _select_reported(material: Material, record: dict[str, Any]) -> dict[str, Any]:

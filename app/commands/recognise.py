@@ -175,7 +175,8 @@ def _unknown(path: Path) -> InputError:
         path,
         "is not a kind of file that Lightarc opens",
         "Open photographs (a folder or an archive), a model (OBJ, PLY, STL, glTF), an environment (HDR, EXR), a "
-        "measured BRDF (MERL, RGL, …), a folder of factors, a .lightarc bundle, PBR textures, or a MaterialX document",
+        "measured BRDF (MERL, RGL, …), a folder of factors, a .lightarc bundle, PBR textures, a MaterialX document, "
+        "or RTI files (PTM, HSH)",
     )
 
 
@@ -240,6 +241,8 @@ def _kind(path: Path) -> Kind | None:
         return "material"
     if start.startswith(_signatures("mesh")) or path.suffix.lower() in suffixes("mesh"):
         return "mesh"
+    if _is_rti(path):
+        return "material"
     # a file with an ending of BRDFs alone is opened, so that its reader reports the error in it
     if any(path.suffix.lower() in each.suffixes for each in readers("brdf")) or _is_brdf(path, start):
         return "brdf"
@@ -253,6 +256,16 @@ def _is_hdr(path: Path) -> bool:
 
 def _is_brdf(path: Path, start: bytes) -> bool:
     return find_reader("brdf", start, path.stat().st_size, path.name) is not None
+
+
+def _is_rti(path: Path) -> bool:
+    if path.suffix.lower() in (".ptm", ".rti"):  # of which the reader says what is wrong with it
+        return True
+    if not path.is_dir() and path.name.lower() != "info.json":
+        return False
+    from engine.exchange.readers.rti import form_of  # loads readers of images
+
+    return form_of(path) is not None
 
 
 def _signatures(kind: Literal["image", "mesh"]) -> tuple[bytes, ...]:
@@ -298,4 +311,4 @@ def _kind_of_folder(path: Path) -> Kind:
         return "bundle"
     from engine.exchange.readers.folder import holds_textures  # loads the readers of textures
 
-    return "material" if holds_textures(path) else "photographs"
+    return "material" if holds_textures(path) or _is_rti(path) else "photographs"

@@ -211,10 +211,11 @@ class DirectionalPage(QWidget):
         count, height, width = found.planes.shape
         self.resolution.setText(f"{width} × {height} px")
         self.planes.setText(str(count))
-        self.lamps.setText(str(len(found.lights)))
+        lamps = found.lights if found.has_lamps else found.lights[:0]
+        self.lamps.setText(str(len(lamps)) if len(lamps) else "–")
         self.byte_count.setText(f"{size_text(found.planes.nbytes)}, {count} a texel")
         self.candidates.show_material(material)
-        self.pad.show_lamps(found.lights)
+        self.pad.show_lamps(lamps)
         self._relight()
 
     def _relight(self) -> None:

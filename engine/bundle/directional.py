@@ -8,6 +8,7 @@ constant and planeNN.R … for each plane.
 from __future__ import annotations
 
 import json
+import math
 from typing import Any
 
 import numpy as np
@@ -54,10 +55,14 @@ def directional_record(directional: DirectionalMap | None) -> DirectionalRecord 
         height_px=height,
         width_px=width,
         r_max=directional.r_max,
-        leave_one_out_rmse_srgb8=directional.leave_one_out,
-        in_sample_rmse_srgb8=directional.in_sample,
-        mean_picture_rmse_srgb8=directional.mean_picture,
+        leave_one_out_rmse_srgb8=_finite(directional.leave_one_out),
+        in_sample_rmse_srgb8=_finite(directional.in_sample),
+        mean_picture_rmse_srgb8=_finite(directional.mean_picture),
     )
+
+
+def _finite(error: float) -> float | None:
+    return error if math.isfinite(error) else None
 
 
 def read_directional(archive: Archive, manifest: Manifest) -> DirectionalMap | None:
@@ -86,9 +91,9 @@ def read_directional(archive: Archive, manifest: Manifest) -> DirectionalMap | N
             numbers.kernel_trend,
         ),
         r_max=record.r_max,
-        leave_one_out=record.leave_one_out_rmse_srgb8,
-        in_sample=record.in_sample_rmse_srgb8,
-        mean_picture=record.mean_picture_rmse_srgb8,
+        leave_one_out=_or_nan(record.leave_one_out_rmse_srgb8),
+        in_sample=_or_nan(record.in_sample_rmse_srgb8),
+        mean_picture=_or_nan(record.mean_picture_rmse_srgb8),
     )
     try:
         usable = bool(np.isfinite(found.table).all()) and bool((found.lights[:, 2] > 0.0).all())
@@ -97,6 +102,10 @@ def read_directional(archive: Archive, manifest: Manifest) -> DirectionalMap | N
     if not usable:
         raise InputError(archive.path, f"{NUMBERS} has lights that cannot be interpolated", _AGAIN)
     return found
+
+
+def _or_nan(error: float | None) -> float:
+    return math.nan if error is None else error
 
 
 def directional_problems(archive: Archive, manifest: Manifest, directional: DirectionalMap | None) -> list[str]:

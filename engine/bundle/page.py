@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
@@ -404,7 +405,7 @@ def _planes(directional: DirectionalMap, images: _Images) -> dict[str, Any]:
         "planes": {
             "count": len(directional.planes),
             "lowest": directional.lowest,
-            "leave_one_out": directional.leave_one_out,
+            "leave_one_out": directional.leave_one_out if math.isfinite(directional.leave_one_out) else None,
             "size": _size(layers[0]),
             "layers": [images.put(f"planes-{number}", layer) for number, layer in enumerate(layers)],
             "smaller": [images.put(f"planes-{number}-smaller", each) for number, each in enumerate(smaller)],

@@ -34,7 +34,8 @@ from engine.exchange.loss import Shown, View, find_lit_points
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.images.encode import encode_png
 from engine.light.environment import DistantLights
-from engine.shading.directional.interpolation import best_ridge, polynomial, ridge_inverse
+from engine.shading.directional.functions import hemispherical, polynomial
+from engine.shading.directional.interpolation import best_ridge, ridge_inverse
 from engine.surface.lamps import shows_slopes
 
 if TYPE_CHECKING:
@@ -163,25 +164,8 @@ def _errors_by_file(subject: Subject, quadratic: Terms, spherical: Terms) -> dic
 
 
 def hsh_functions(light: Vectors) -> Floats:
-    """(N, 9) hemispherical harmonics of orders 0 to 2 with the factors that viewers take (Gautron2004)."""
-    cosine = np.clip(light[:, 2], 0.0, 1.0)
-    phi = np.arctan2(light[:, 1], light[:, 0])
-    root = np.sqrt(np.maximum(cosine - cosine**2, 0.0))
-    shifted = 2.0 * cosine - 1.0
-    return np.stack(
-        [
-            np.full_like(cosine, 1.0 / np.sqrt(2.0 * np.pi)),
-            np.sqrt(6.0 / np.pi) * np.cos(phi) * root,
-            np.sqrt(3.0 / (2.0 * np.pi)) * shifted,
-            np.sqrt(6.0 / np.pi) * root * np.sin(phi),
-            np.sqrt(30.0 / np.pi) * np.cos(2.0 * phi) * (cosine**2 - cosine),
-            np.sqrt(30.0 / np.pi) * np.cos(phi) * shifted * root,
-            np.sqrt(5.0 / (2.0 * np.pi)) * (1.0 - 6.0 * cosine + 6.0 * cosine**2),
-            np.sqrt(30.0 / np.pi) * shifted * root * np.sin(phi),
-            np.sqrt(30.0 / np.pi) * (cosine**2 - cosine) * np.sin(2.0 * phi),
-        ],
-        axis=1,
-    )
+    """(N, 9) hemispherical harmonics of orders 0 to 2 (Gautron2004)."""
+    return hemispherical(light)[:, :9]
 
 
 def fit(subject: Subject, basis: Callable[[Vectors], Floats]) -> Steps[Terms]:

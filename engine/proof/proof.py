@@ -37,7 +37,7 @@ from engine.proof.libraries import absent, materialx, mitsuba, on_a_sphere, usd
 from engine.proof.programs import glslang, three, validator
 from engine.proof.square import Drawn, Floats, draw_ourselves, lamp, middle, relative_rmse
 from engine.scene.material import Material
-from engine.shading.directional.interpolation import polynomial
+from engine.shading.directional.functions import polynomial
 from engine.storage.atomic import write_bytes
 
 if TYPE_CHECKING:

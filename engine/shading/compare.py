@@ -19,6 +19,7 @@ from engine.capture.object_part import object_share
 from engine.capture.stack import ImageStack
 from engine.core.steps import Result, Step, Steps, part
 from engine.shading.directional import interpolation
+from engine.shading.directional.functions import hsh, polynomial
 from engine.shading.directional.left_out import Predict, by_brightness, by_photographs, by_planes
 from engine.shading.directional.moments import moments
 from engine.shading.directional.planes import BUDGET, directions, fit_planes
@@ -82,8 +83,8 @@ def _fits(lights: Array, second: Array, moments_s: float) -> list[Candidate]:
     count = len(lights)
     fits: dict[str, Callable[[Array], Array]] = {
         "mean": lambda at: np.ones((len(at), 1)),
-        "ptm": interpolation.polynomial,
-        "hsh": interpolation.hsh,
+        "ptm": polynomial,
+        "hsh": hsh,
     }
     rows = []
     for name, functions in fits.items():

@@ -147,7 +147,7 @@ class PowerLawRecord(_Strict):
 class DirectionalRecord(_Strict):
     """The numbers of a directional map for users; its planes are in directional_plane*.png, the rest in one JSON.
 
-    Errors are root mean squares in codes of 8-bit sRGB, as in `DirectionalMap`.
+    Errors are root mean squares in codes of 8-bit sRGB, as in `DirectionalMap`; None where one is not known.
     """
 
     planes: Annotated[int, Field(ge=1, le=MAX_PLANES)]
@@ -155,9 +155,9 @@ class DirectionalRecord(_Strict):
     height_px: Side
     width_px: Side
     r_max: Positive
-    leave_one_out_rmse_srgb8: NonNegative
-    in_sample_rmse_srgb8: NonNegative
-    mean_picture_rmse_srgb8: NonNegative
+    leave_one_out_rmse_srgb8: NonNegative | None
+    in_sample_rmse_srgb8: NonNegative | None
+    mean_picture_rmse_srgb8: NonNegative | None
 
 
 class PbrErrorsRecord(_Strict):
@@ -210,8 +210,9 @@ class DirectionalNumbers(_Strict):
     """Content of directional.json, for N photographs and K planes (`DirectionalMap`).
 
     A texel's code in channel c under light l is sum over photographs n of w_n(l) (mean[3 n + c] + sum over planes k of
-    vectors[3 n + c][k] (low[k] + step[k] code_k)), where w are the weights of kriging; directional_weights.exr holds
-    the sums over photographs at a grid of directions.
+    vectors[3 n + c][k] (low[k] + step[k] code_k)), where w are the weights of kriging, or those of `kernel_basis` where
+    another program stated it (ptm, hsh, sh, gauss, octahedron); directional_weights.exr holds the sums over photographs
+    at a grid of directions.
     """
 
     lights: Annotated[list[Direction], Field(min_length=1, max_length=1024)]
@@ -219,7 +220,9 @@ class DirectionalNumbers(_Strict):
     kernel_noise: NonNegative
     kernel_power: Positive = 1.0
     kernel_upward: NonNegative = 0.0
-    kernel_basis: Literal["free", "linear", "polynomial", "harmonic"] = "free"
+    kernel_basis: Literal["free", "linear", "polynomial", "harmonic", "ptm", "hsh", "sh", "gauss", "octahedron"] = (
+        "free"
+    )
     kernel_trend: NonNegative = 0.0
     mean: list[Finite]
     vectors: list[list[Finite]]

@@ -103,8 +103,8 @@ function showFacts() {
   const kept = data.kept_percent > 0
     ? ` (the material itself keeps slices for ${shown(data.kept_percent)} % of its tiles)` : "";
   const what = data.planes
-    ? `Directional map of ${data.planes.count} planes; held-out error ` +
-      `${shown(data.planes.leave_one_out)} 8-bit levels`
+    ? `Directional map of ${data.planes.count} planes` + (data.planes.leave_one_out === null
+      ? "" : `; held-out error ${shown(data.planes.leave_one_out)} 8-bit levels`)
     : `Shading map (Kautz et al. 2004) from its power-law pair, RMS error ${shown(data.rms)}${kept}`;
   const fit = data.fit ? data.fit + " " : "";
   byId("facts").textContent = `${width} × ${height} texels${resolution()}. ${what}. ${fit}Made with Lightarc.`;

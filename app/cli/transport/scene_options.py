@@ -11,7 +11,7 @@ from app.cli.transport import project_input
 from app.cli.transport.options import brushing_argument
 from engine.core.errors import UsageError
 from engine.exchange.readers.documents_child import list_parts
-from engine.exchange.readers.read import holds_pbr_maps, open_material
+from engine.exchange.readers.read import holds_material, open_material
 from engine.factor.factor_file import open_reflectance
 from engine.geometry.camera import frame, parse
 from engine.geometry.orientation import ORIENTATIONS
@@ -30,8 +30,8 @@ MESH_HELP = (
     "material of another program, which is shown on a sphere, a .glb on its own model"
 )
 MATERIAL_HELP = (
-    "a bundle, a folder or zip of PBR textures, a MaterialX document (.mtlx) or a glTF file (.glb, .gltf; of several "
-    "materials the one named in FILE#NAME)"
+    "a bundle, a folder or zip of PBR textures, a MaterialX document (.mtlx), a glTF file (.glb, .gltf; of several "
+    "materials the one named in FILE#NAME) or an RTI file (.ptm, .rti, a folder with info.json)"
 )
 
 #: Model that a material without one is shown on.
@@ -106,7 +106,7 @@ def take_own_material(arguments: argparse.Namespace) -> None:
 
     path = Path(arguments.mesh)
     is_model = path.suffix.lower() in (".glb", ".gltf")
-    if not holds_pbr_maps(path) or (is_model and not list_parts(path)):
+    if not holds_material(path) or (is_model and not list_parts(path)):
         return
     arguments.material = arguments.mesh
     if is_model:

@@ -1,9 +1,10 @@
-"""A material from whatever holds one: a bundle, PBR textures in a folder or a zip, a MaterialX document, a glTF file.
+"""A material from whatever holds one: a bundle, PBR textures, a MaterialX document, a glTF file, an RTI file.
 
 The content says which it is: a folder with a manifest and a zip with one are bundles, a zip of images that are named
 for maps holds textures, as a folder of them does; a text that begins as XML is MaterialX, and glTF has its mark or is
-JSON. A folder without textures that holds one such document stands for it. What is none of these is read as a bundle,
-whose reader says what is wrong with it. `FILE#NAME` is the material of that name in a glTF file.
+JSON. Files of reflectance transformation imaging begin as PTM and HSH do, or count their planes (`info.json`). A folder
+without textures that holds one such document stands for it. What is none of these is read as a bundle, whose reader
+says what is wrong with it. `FILE#NAME` is the material of that name in a glTF file.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from engine.core.steps import Steps, drain, part
 from engine.exchange.readers.archive import holds_zipped_textures, read_zip
 from engine.exchange.readers.documents_child import Kind, describe_document, list_parts
 from engine.exchange.readers.folder import describe_folder, describe_textures, document_in, holds_textures
+from engine.exchange.readers.rti import form_of, read_rti
 from engine.exchange.readers.textures import MAX_SIDE, Described, Input, maps_of
 from engine.scene.material import Material, material_of_maps
 from engine.storage.untrusted import read_head
@@ -28,8 +30,11 @@ from engine.storage.untrusted import read_head
 _HEAD_BYTES = 4096
 
 
-def holds_pbr_maps(path: str | os.PathLike[str]) -> bool:
-    """True if `path` is textures in a folder or a zip, a MaterialX document, a glTF file, or a folder of one of these.
+def holds_material(path: str | os.PathLike[str]) -> bool:
+    """True if `path` is a material of another program.
+
+    These are textures in a folder or a zip, a MaterialX document, a glTF file, a folder of one of these, and files of
+    reflectance transformation imaging.
 
     No image is decoded.
     """
@@ -37,8 +42,8 @@ def holds_pbr_maps(path: str | os.PathLike[str]) -> bool:
     try:
         if place.is_dir():
             is_bundle = (place / "manifest.json").is_file()
-            return not is_bundle and (holds_textures(place) or document_in(place) is not None)
-        return place.is_file() and (_kind(place) != "" or holds_zipped_textures(place))
+            return not is_bundle and (holds_textures(place) or document_in(place) is not None or bool(form_of(place)))
+        return place.is_file() and (_kind(place) != "" or bool(form_of(place)) or holds_zipped_textures(place))
     except (OSError, ValueError, InputError):
         return False
 
@@ -51,10 +56,12 @@ def open_material(path: str | os.PathLike[str], *, parts: bool = False) -> Mater
 
 def read_material(path: str | os.PathLike[str], *, parts: bool = False) -> Steps[Material]:
     """As `open_material`, in steps: decoding large textures takes seconds."""
-    if not holds_pbr_maps(path):
-        _refuse_usd(Path(path))
+    if not holds_material(path):
+        _refuse_others(Path(path))
         return open_bundle(path)
     place, name = split_name(path)
+    if (form := form_of(place)) is not None:
+        return (yield from read_rti(place, form))
     if place.is_file() and not _kind(place):
         return (yield from read_zip(place))
     of_model = list_parts(place) if parts and not name and place.is_file() and _kind(place) == "gltf" else []
@@ -97,10 +104,12 @@ def _images(described: Described) -> int:
     return sum(isinstance(each, Input) and each.image is not None for each in values)
 
 
-def _refuse_usd(path: Path) -> None:
-    """InputError for a layer of USD, by its first bytes."""
+def _refuse_others(path: Path) -> None:
+    """InputError for a layer of USD, by its first bytes, and for what is named for RTI and is not."""
     if path.is_file() and read_head(path, 8)[0].startswith((b"#usda", b"PXR-USDC")):
         raise InputError(path, "is a layer of USD, which is not read", "Export its material as .mtlx, .glb or .usdz")
+    if path.is_file() and path.suffix.lower() in (".ptm", ".rti"):
+        raise InputError(path, "is not a PTM or HSH file", "Give a file that begins with PTM_1.2 or #HSH1.2")
 
 
 def read_textures(files: Sequence[Path]) -> Steps[Material]:

@@ -21,15 +21,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.directions import Vectors
+from engine.shading.directional.functions import hemispherical, hsh, polynomial, spherical
 
 Array = NDArray[np.float64]
 
 #: Functions whose coefficients have a prior; "free" are directions without one.
-Basis = Literal["free", "linear", "polynomial", "harmonic"]
+Fitted = Literal["free", "linear", "polynomial", "harmonic"]
+
+#: Interpolations that files of other programs state, without a process.
+Stated = Literal["ptm", "hsh", "sh", "gauss", "octahedron"]
+
+Basis = Fitted | Stated
 
 #: Kernels from which the search starts: numbers that are tried of each, and the bases.
 LENGTHS, NOISES, POWERS, UPWARDS = (0.15, 0.3, 0.6, 1.2), (0.01, 0.1), (1.0, 0.5), (0.0, 1.5)
-BASES: tuple[Basis, ...] = ("linear", "polynomial", "harmonic")
+BASES: tuple[Fitted, ...] = ("linear", "polynomial", "harmonic")
 
 #: A kernel that is a ridge fit: the noise over the process, and variances of coefficients over the noise.
 RIDGE_NOISE, RIDGE_TRENDS = 100.0, (0.01, 0.1, 1.0, 10.0)
@@ -71,7 +77,8 @@ class Kernel:
     length : of Matérn's kernel of order 3/2.
     noise : variance of a photograph about the process.
     power, upward : the kernel's plane is (l_x, l_y) r^(power - 1), r their length, and `upward` times l_z a third axis.
-    basis, trend : functions whose coefficients have the variance `trend`; "free" are directions without a prior.
+    basis, trend : functions whose coefficients have the variance `trend`; "free" are directions without a prior. One
+        of `STATED` has no process, and of the numbers above "gauss" alone has one, its `length`.
     """
 
     length: float
@@ -98,7 +105,12 @@ class Kernel:
 
 
 def weights(lights: Vectors, wanted: Vectors, kernel: Kernel) -> Array:
-    """(M, N) of the photographs of `lights` (N, 3), unit vectors, for light from `wanted` (M, 3); rows sum to 1."""
+    """(M, N) of the photographs of `lights` (N, 3), unit vectors, for light from `wanted` (M, 3).
+
+    Rows sum to 1, but for functions of light that are stated and do not hold a constant.
+    """
+    if kernel.basis in STATED:
+        return STATED[kernel.basis](lights, wanted, kernel)
     count = len(lights)
     trend = _trend_at(lights, lights, kernel)
     terms = trend.shape[1]
@@ -214,28 +226,6 @@ def rms(apart: Array, second: Array) -> float:
     return float(np.sqrt(max(np.einsum("ij,ij->", apart @ second, apart) / len(apart), 0.0)))
 
 
-def polynomial(lights: Vectors) -> Array:
-    """(N, 6) the functions of polynomial texture maps (Malzbender2001)."""
-    x, y = lights[:, 0], lights[:, 1]
-    return np.stack([x * x, y * y, x * y, x, y, np.ones_like(x)], axis=1)
-
-
-def hsh(lights: Vectors) -> Array:
-    """(N, 9) hemispherical harmonics of orders 0 to 2 (Gautron2004), but for their factors."""
-    cosine = np.clip(lights[:, 2], 0.0, 1.0)
-    phi = np.arctan2(lights[:, 1], lights[:, 0])
-    z = 2.0 * cosine - 1.0
-    rise = np.sqrt(np.maximum(1.0 - z**2, 0.0))
-    return np.stack(
-        [
-            *(np.ones_like(z), rise * np.cos(phi), z, rise * np.sin(phi)),
-            *(rise**2 * np.cos(2.0 * phi), z * rise * np.cos(phi), 3.0 * z**2 - 1.0),
-            *(z * rise * np.sin(phi), rise**2 * np.sin(2.0 * phi)),
-        ],
-        axis=1,
-    )
-
-
 def _trend_at(wanted: Vectors, lights: Vectors, kernel: Kernel) -> Array:
     """(M, P) functions without a prior at directions (M, 3): a constant, and of a free trend directions as far as
     the lamps lie apart in them."""
@@ -254,4 +244,58 @@ FUNCTIONS: dict[str, Callable[[Vectors], Array]] = {
     "linear": lambda lights: np.asarray(lights, np.float64),
     "polynomial": lambda lights: polynomial(lights)[:, :-1],
     "harmonic": lambda lights: hsh(lights)[:, 1:],
+}
+
+
+def _through(functions: Callable[[Vectors], Array]) -> Callable[[Vectors, Vectors, Kernel], Array]:
+    """Weights of photographs that are combinations of `functions`, of which they are as many or more."""
+    return lambda lights, wanted, _: np.asarray(functions(wanted) @ np.linalg.pinv(functions(lights)))
+
+
+def _gauss(lights: Vectors, wanted: Vectors, kernel: Kernel) -> Array:
+    """Shares of exp(−d² / length²), d the distance of two directions; those of `LEAST` and less count as none."""
+    squares = np.maximum(2.0 - 2.0 * wanted @ lights.T, 0.0) / kernel.length**2
+    found = np.exp(squares.min(axis=1, keepdims=True) - squares)
+    found /= found.sum(axis=1, keepdims=True)
+    found[found <= LEAST] = 0.0
+    return np.asarray(found / found.sum(axis=1, keepdims=True))
+
+
+def _octahedron(lights: Vectors, wanted: Vectors, _: Kernel) -> Array:
+    """Bilinear weights of a square of directions as `octahedral` gives them."""
+    side = round(len(lights) ** 0.5)
+    x, y, _z = (wanted / np.abs(wanted).sum(axis=1, keepdims=True)).T
+    found = np.zeros((len(wanted), side, side))
+    column, row = ((0.5 * each + 0.5) * (side - 1) for each in (x + y, y - x))
+    left, above = (np.clip(np.floor(each).astype(np.int64), 0, side - 2) for each in (column, row))
+    at = np.arange(len(wanted))
+    for down, right in product((0, 1), (0, 1)):
+        share = np.abs(1 - right - (column - left)) * np.abs(1 - down - (row - above))
+        found[at, above + down, left + right] = share
+    return found.reshape(len(wanted), -1)
+
+
+def octahedral(side: int) -> Array:
+    """(side², 3) unit vectors of the upper half of an octahedron, row by row, its diagonals along x and y.
+
+    Those of the horizon lie a little above it.
+    """
+    steps = np.linspace(-1.0, 1.0, side)
+    across, down = np.meshgrid(steps, steps)
+    x, y = 0.5 * (across - down), 0.5 * (across + down)
+    z = np.maximum(1.0 - np.abs(x) - np.abs(y), 1e-6)
+    directions = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    return np.asarray(directions / np.linalg.norm(directions, axis=1, keepdims=True))
+
+
+#: The share below which a photograph counts as none between those of `_gauss`.
+LEAST = 1e-3
+
+#: Weights of photographs by the interpolations that files of other programs state.
+STATED: dict[str, Callable[[Vectors, Vectors, Kernel], Array]] = {
+    "ptm": _through(polynomial),
+    "hsh": _through(hemispherical),
+    "sh": _through(spherical),
+    "gauss": _gauss,
+    "octahedron": _octahedron,
 }

@@ -25,7 +25,7 @@ from engine.core.directions import Vectors, surface_direction
 from engine.core.side_by_side import side_by_side
 from engine.core.steps import Step, Steps, part
 from engine.shading.directional.effective_light import TILTS, TURNS, table_directions, weights_at
-from engine.shading.directional.interpolation import Kernel, best_kernel, weights
+from engine.shading.directional.interpolation import STATED, Kernel, best_kernel, weights
 from engine.shading.directional.minified import minify
 from engine.shading.directional.moments import Moments, moments, row_blocks, texels
 
@@ -62,12 +62,13 @@ class DirectionalMap:
     ----------
     planes : (K, H, W) uint8.
     low, step : (K,) the value of plane k is low + step · code.
-    mean : (3 N,) codes of the photographs, and vectors : (3 N, K) of them, orthonormal.
+    mean : (3 N,) codes of the photographs, and vectors : (3 N, K) of them, orthonormal where they are fitted here.
     lights : (N, 3) unit vectors towards the lamps, above the sample plane.
     kernel : by which photographs are interpolated.
     r_max : mean luminance of the brightest photograph, radiance.
     leave_one_out, in_sample, mean_picture : root mean squares over texels, channels and photographs, in codes of 8-bit
-        sRGB, of predicting a photograph from the others, of all photographs, and of the mean of the others instead.
+        sRGB, of predicting a photograph from the others, of all photographs, and of the mean of the others instead;
+        NaN where the photographs are not known.
     """
 
     planes: NDArray[np.uint8]
@@ -87,9 +88,17 @@ class DirectionalMap:
         return len(self.planes)
 
     @property
+    def has_lamps(self) -> bool:
+        """True where `lights` are those of lamps, and not directions at which functions are given."""
+        return self.kernel.basis not in STATED or self.kernel.basis == "gauss"
+
+    @property
     def lowest(self) -> float:
-        """The cosine of the lowest lamp; light below it is dimmed in proportion."""
-        return max(float(self.lights[:, 2].min()), LOWEST)
+        """The cosine of the lowest lamp; light below it is dimmed in proportion.
+
+        What another program describes is shown as it shows it, down to the horizon.
+        """
+        return LOWEST if self.kernel.basis in STATED else max(float(self.lights[:, 2].min()), LOWEST)
 
     @cached_property
     def table(self) -> NDArray[np.float32]:

@@ -11,7 +11,7 @@ import pytest
 from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.exchange import materialx, usd
-from engine.exchange.readers.read import holds_pbr_maps, open_material
+from engine.exchange.readers.read import holds_material, open_material
 from engine.exchange.subject import Settings
 from tests.engine.exchange.materials import measure_subject
 
@@ -38,7 +38,7 @@ def test_a_zip_is_what_its_folder_is(folder: Path, tmp_path: Path) -> None:
     png(folder / "._Bricks076_1K-PNG_Color.png", grey(3))
     path = zip_folder(tmp_path / "bricks.zip", folder)
     (folder / "._Bricks076_1K-PNG_Color.png").unlink()
-    assert holds_pbr_maps(path)
+    assert holds_material(path)
     found, wanted = open_material(path), open_material(folder)
     assert found.name == "bricks"
     assert found.pbr is not None
@@ -69,12 +69,12 @@ def test_a_folder_with_one_document_stands_for_it(tmp_path: Path) -> None:
     for name, content in drain(materialx.contents(subject, Settings(), "")).files.items():
         (tmp_path / "out" / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / "out" / name).write_bytes(content)
-    assert holds_pbr_maps(tmp_path / "out")
+    assert holds_material(tmp_path / "out")
     material = open_material(tmp_path / "out")
     assert material.pbr is not None
     np.testing.assert_allclose(material.pbr.f0, subject.maps.f0, atol=1e-4)
     (tmp_path / "out" / "other.mtlx").write_text("<materialx/>")
-    assert not holds_pbr_maps(tmp_path / "out")
+    assert not holds_material(tmp_path / "out")
 
 
 def test_a_broken_texture_is_named_within_its_zip(folder: Path, tmp_path: Path) -> None:
@@ -89,9 +89,9 @@ def test_zips_of_anything_else_are_no_material(folder: Path, tmp_path: Path) -> 
     for name in ("Roughness", "Displacement"):
         (folder / f"Bricks076_1K-PNG_{name}.png").unlink()
     path = zip_folder(tmp_path / "b.zip", folder)
-    assert not holds_pbr_maps(path)
+    assert not holds_material(path)
     path.write_bytes(path.read_bytes()[:-30])
-    assert not holds_pbr_maps(path)
+    assert not holds_material(path)
     with pytest.raises(InputError):
         open_material(path)
 

@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_encode
 from engine.core.steps import drain
-from engine.shading.directional import interpolation
+from engine.shading.directional.functions import hemispherical, hsh, polynomial
 from engine.shading.directional.interpolation import (
     Kernel,
     best_kernel,
     best_ridge,
     leave_out_of_fit,
     list_left_out,
-    polynomial,
     rms,
     weights,
 )
@@ -158,19 +157,22 @@ def test_the_best_kernel_is_no_worse_than_ridge_fits(seed: int) -> None:
     lights = directions(stack, np.arange(14))
     second = drain(moments(stack, np.arange(14))).average_channels()
     found = rms(list_left_out(lights, best_kernel(lights, second)), second)
-    for functions in (polynomial(lights), interpolation.hsh(lights)):
+    for functions in (polynomial(lights), hsh(lights)):
         assert found < rms(leave_out_of_fit(functions, best_ridge(functions, second)), second)
 
 
 def test_hemispherical_harmonics_are_orthogonal() -> None:
-    """On the hemisphere with equal weights of area: of nine functions, no two are alike."""
+    """On the hemisphere with equal weights of area: no two are alike, and those of files have the norm 1."""
     rng = np.random.default_rng(3)
     z, phi = rng.random(200_000), rng.uniform(0.0, 2.0 * math.pi, 200_000)
     sine = np.sqrt(1.0 - z**2)
-    values = interpolation.hsh(np.stack([sine * np.cos(phi), sine * np.sin(phi), z], axis=1))
+    lights = np.stack([sine * np.cos(phi), sine * np.sin(phi), z], axis=1)
+    values = hsh(lights)
     across = values.T @ values / len(values)
     scale = np.sqrt(np.diag(across))
     assert across / np.outer(scale, scale) == pytest.approx(np.eye(9), abs=0.01)
+    normal = hemispherical(lights)
+    assert 2.0 * math.pi * normal.T @ normal / len(values) == pytest.approx(np.eye(16), abs=0.02)
 
 
 def test_errors_by_planes_are_those_of_refits(stack: ImageStack, codes: Array, known: Moments) -> None:
