@@ -1,8 +1,9 @@
-"""Set Lightarc up on a machine that has nothing but Python ≥ 3.11, then run it, its tests or its benchmarks.
+"""Set Lightarc up on a machine that has nothing but Python ≥ 3.11, then run, test or measure it, or build its manual.
 
     python3 packaging/dev.py run [-- ARGUMENTS OF LIGHTARC …]
     python3 packaging/dev.py test [--long | --changed] [-- ARGUMENTS OF PYTEST …]
     python3 packaging/dev.py bench [-- ARGUMENTS OF THE BENCHMARKS …]
+    python3 packaging/dev.py manual [-- FOLDER]
 
 Set-up makes `.venv` in the project, fills it from the lock file (every package pinned with its hash) and adds the
 project itself as an editable installation. On Debian and Ubuntu missing system libraries come through apt where the
@@ -112,14 +113,14 @@ def main(words: Sequence[str] | None = None) -> int:
     verb, rest = parse(sys.argv[1:] if words is None else words)
     signal.signal(signal.SIGTERM, _stop)
     try:
-        set_up("run" if verb == "bench" else verb)
+        set_up({"bench": "run", "manual": "test"}.get(verb, verb))
     except SetupError as error:
         say(str(error))
         return MISSING
     except KeyboardInterrupt:
         say("Interrupted; the same command takes the set-up up again.")
         return CANCELLED
-    return {"run": run, "test": test, "bench": bench}[verb](rest)
+    return {"run": run, "test": test, "bench": bench, "manual": manual}[verb](rest)
 
 
 def parse(words: Sequence[str]) -> tuple[str, list[str]]:
@@ -133,11 +134,11 @@ def parse(words: Sequence[str]) -> tuple[str, list[str]]:
         own, rest = own[:cut], own[cut + 1 :]
     parser = argparse.ArgumentParser(
         prog="dev.py",
-        description="Set Lightarc up, then run it, its tests or its benchmarks, which take what follows --.",
+        description="Set Lightarc up, then run, test or measure it, or build its manual; what follows -- is handed on.",
         epilog="example: python3 packaging/dev.py run -- demo -o out",
     )
-    verbs = "open Lightarc (or its demo, without a display), test, or measure"
-    parser.add_argument("verb", choices=("run", "test", "bench"), help=verbs)
+    verbs = "open Lightarc (or its demo, without a display), test, measure, or build the manual"
+    parser.add_argument("verb", choices=("run", "test", "bench", "manual"), help=verbs)
     parser.add_argument("--long", action="store_true", help="test with the campaigns as well, which takes hours")
     parser.add_argument(
         "--changed", action="store_true", help="test with the files alone that import what differs from the last commit"
@@ -345,6 +346,11 @@ def run(words: Sequence[str]) -> int:
 def bench(words: Sequence[str]) -> int:
     """Hand `words` to the benchmarks."""
     return call([str(PYTHON), "-m", "benchmarks", *words])
+
+
+def manual(words: Sequence[str]) -> int:
+    """Build the manual as pages for a browser, in `build/manual/html` unless `words` name a folder."""
+    return call([str(PYTHON), str(PROJECT / "packaging" / "manual.py"), *words])
 
 
 def has_display() -> bool:

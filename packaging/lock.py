@@ -3,7 +3,8 @@
     python3 packaging/lock.py [--upgrade]
 
 Needs uv (`python3 -m pip install uv`). Versions already locked are kept where they still fit; `--upgrade` takes the
-newest ones. The tests' lock is made under the constraint of the first, so that tests run on what users get.
+newest ones. The tests' lock, with what builds the manual, is made under the constraint of the first, so that tests run
+on what users get.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ def main() -> int:
         "--extra",
         "build",
     ]
-    for lock, more in ((RUN, []), (TEST, ["--extra", "test", "-c", RUN])):
+    for lock, more in ((RUN, []), (TEST, ["--extra", "test", "--extra", "manual", "-c", RUN])):
         code = subprocess.run([*compiled, *more, "-o", lock, *sys.argv[1:]], cwd=PROJECT).returncode
         if code:
             return code

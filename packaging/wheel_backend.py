@@ -4,7 +4,7 @@ In the repository `engine/`, `app/` and `resources/` stand at the top and name e
 which an editable installation keeps. Installed under these names they would collide with anything. For a wheel they
 are copied into `lightarc/`, and the copies name each other by their new places: in import statements, and in strings
 that hold the dotted name of a module, as tables of verbs and decoders do. Nothing else changes, and no line moves.
-A name that cannot be changed safely ends the build.
+A name that cannot be changed safely ends the build. The manual for a browser goes along where it has been built.
 """
 
 from __future__ import annotations
@@ -44,6 +44,9 @@ __all__ = [
 PROJECT = Path(__file__).resolve().parents[1]
 PACKAGE = "lightarc"
 INNER = ("app", "engine", "resources")
+
+#: The manual for a browser, where `packaging/dev.py manual` has built it.
+MANUAL = PROJECT / "build" / "manual" / "html"
 
 _DOTTED = re.compile(rf"(?<![\w./])(?:{'|'.join(INNER)})(?:\.[A-Za-z_]\w*)+")
 _QUOTED = re.compile(rf'"(?=(?:{"|".join(INNER)})[".*])')
@@ -85,6 +88,8 @@ def stage(project: Path, target: Path) -> None:
     shutil.copytree(project / PACKAGE, target / PACKAGE, ignore=leave_out)
     for name in INNER:
         shutil.copytree(project / name, target / PACKAGE / name, ignore=leave_out)
+    if MANUAL.is_dir():
+        shutil.copytree(MANUAL, target / PACKAGE / "resources" / "manual" / "html", ignore=leave_out)
     for name in ("LICENSE", "README.md"):
         shutil.copy(project / name, target)
     described = (project / "pyproject.toml").read_text(encoding="utf-8")

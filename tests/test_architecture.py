@@ -235,7 +235,7 @@ def test_failures_are_caught_by_name() -> None:
 
 
 def text_files() -> Iterator[Path]:
-    folders = ("app", "engine", "lightarc", "resources", "benchmarks", "tests", "packaging", ".ci")
+    folders = ("app", "engine", "lightarc", "resources", "benchmarks", "docs", "tests", "packaging", ".ci")
     yield from (path for path in PROJECT.iterdir() if path.is_file() and path.name != ".git")  # a file in a worktree
     for folder in folders:
         yield from (
@@ -270,7 +270,8 @@ def lock(name: str) -> dict[str, list[str]]:
 
 
 @pytest.mark.parametrize(
-    ("name", "extras"), [("requirements.lock", ["gui", "build"]), ("requirements-test.lock", ["gui", "build", "test"])]
+    ("name", "extras"),
+    [("requirements.lock", ["gui", "build"]), ("requirements-test.lock", ["gui", "build", "manual", "test"])],
 )
 def test_lock_files_pin_what_the_project_asks_for(name: str, extras: list[str]) -> None:
     project = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

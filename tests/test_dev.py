@@ -93,6 +93,7 @@ def test_words_after_two_dashes_are_handed_on_unread(dev: ModuleType) -> None:
     assert dev.parse(["run", "--", "demo", "-o", "out", "--", "x"]) == ("run", ["demo", "-o", "out", "--", "x"])
     assert dev.parse(["test", "--", "-k", "X8"]) == ("test", ["-k", "X8"])
     assert dev.parse(["bench", "--", "--large"]) == ("bench", ["--large"])
+    assert dev.parse(["manual", "--", "folder"]) == ("manual", ["folder"])
     verb, rest = dev.parse(["test", "--long", "--", "-m", "long"])
     assert (verb, rest[0], rest[-2:]) == ("test", "--long", ["-m", "long"])
     with pytest.raises(SystemExit):

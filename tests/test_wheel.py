@@ -96,8 +96,14 @@ def test_a_name_that_cannot_be_changed_ends_the_build(source: str) -> None:
         unclear.rewrite(source, MODULES)
 
 
-def test_all_modules_lie_in_one_package_and_import_nothing_above_it(tmp_path: Path) -> None:
-    backend().stage(PROJECT, tmp_path)
+def test_all_modules_lie_in_one_package_and_import_nothing_above_it(
+    tmp_path_factory: pytest.TempPathFactory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wheel = backend()
+    monkeypatch.setattr(wheel, "MANUAL", tmp_path_factory.mktemp("html"))
+    (wheel.MANUAL / "index.html").write_text("the manual")
+    wheel.stage(PROJECT, tmp_path)
+    assert (tmp_path / "lightarc" / "resources" / "manual" / "html" / "index.html").is_file()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["LICENSE", "README.md", "lightarc", "pyproject.toml"]
     for folder in ("app", "engine", "resources"):
         own = {path.relative_to(PROJECT) for path in (PROJECT / folder).rglob("*.*") if "__pycache__" not in path.parts}

@@ -69,7 +69,7 @@ OLD_PHRASES = re.compile(
 )
 
 #: Texts that users read beside the sources.
-PAGES = ("README.md", "resources/manual", "resources/viewer")
+PAGES = ("README.md", "docs/manual", "resources/manual", "resources/viewer")
 
 #: Bounds are MAX_ and MIN_.
 OLD_BOUNDS = re.compile(r"_?(?:MOST|LEAST)_[A-Z0-9_]+")

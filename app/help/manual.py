@@ -1,7 +1,8 @@
 """The manual, which comes with the program: a page for each workspace and dock, a heading for each section of a panel.
 
 F1 opens the page of the panel under the pointer, at the section that the pointer is in. Pages are Markdown in
-`resources/manual`; nothing is fetched from elsewhere.
+`resources/manual`; nothing is fetched from elsewhere. An installation has them also within the whole manual
+(`packaging/manual.py`), which then opens in the browser of the system, with tutorials and search.
 """
 
 from __future__ import annotations
@@ -10,14 +11,19 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from PySide6.QtCore import QPoint, Qt, QTimer, QUrl
-from PySide6.QtGui import QTextBlock, QTextCursor
+from PySide6.QtGui import QDesktopServices, QTextBlock, QTextCursor
 from PySide6.QtWidgets import QApplication, QDialog, QDockWidget, QHBoxLayout, QTextBrowser, QVBoxLayout, QWidget
 
+from app.help.anchors import anchor_of
 from app.widgets.panels import Rows, button
 from app.widgets.resources import RESOURCES
 from app.widgets.theme import STEP
 
 PAGES = RESOURCES / "manual"
+
+#: The whole manual for a browser; missing in a checkout.
+HTML = PAGES / "html"
+
 START = "start"
 
 #: Width and height of the window of the manual, which is no higher than the smallest window of the program.
@@ -113,15 +119,30 @@ class Manual(QDialog):
         return None
 
 
-def show_for_pointer(window: QWidget, workspaces: Mapping[str, QWidget], pointer: QPoint) -> Manual:
-    """Open the manual at what is below `pointer`, a place on the screen; outside of `window`, at what has the focus."""
+def address_of(page: str, heading: str) -> QUrl:
+    """The address of a heading in the manual for a browser; of the contents where the pointer is on no panel."""
+    if page == START:
+        return QUrl.fromLocalFile(str(HTML / "index.html"))
+    address = QUrl.fromLocalFile(str(HTML / "reference" / "workspaces" / f"{page}.html"))
+    address.setFragment(anchor_of(page, heading))
+    return address
+
+
+def show_for_pointer(window: QWidget, workspaces: Mapping[str, QWidget], pointer: QPoint) -> Manual | None:
+    """Open the manual at what is below `pointer`, a place on the screen; outside of `window`, at what has the focus.
+
+    Where the manual for a browser is missing or no browser opens it, the pages of the panels are shown in a dialog,
+    which is returned.
+    """
     under = QApplication.widgetAt(pointer)
     if under is None or under.window() is not window:
         under = QApplication.focusWidget()
-    manual = window.findChild(Manual) or Manual(window)
-    manual.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose, False)
     page, heading = place_of(under, workspaces)
     if page == START:
         page = next((name for name, tab in workspaces.items() if tab.isVisible()), START)
+    if HTML.is_dir() and QDesktopServices.openUrl(address_of(page, heading)):
+        return None
+    manual = window.findChild(Manual) or Manual(window)
+    manual.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose, False)
     manual.show_page(page, heading)
     return manual

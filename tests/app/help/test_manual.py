@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import Qt
+import pytest
+from PySide6.QtCore import QPoint, Qt, QUrl
+from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QDockWidget, QWidget
 
-from app.help.manual import PAGES, Manual, headings, path_of, place_of
+from app.help import manual as manual_module
+from app.help.manual import PAGES, Manual, headings, path_of, place_of, show_for_pointer
 from app.widgets.panels import Rows
 from app.window.main_window import MainWindow
 
@@ -43,3 +47,24 @@ def test_the_page_and_the_heading_are_those_of_what_is_under_the_pointer(window:
     qtbot.mouseClick(manual.contents, Qt.MouseButton.LeftButton)
     assert "Lightarc" in manual.pages.toPlainText()
     manual.close()
+
+
+def test_the_manual_for_a_browser_opens_at_the_heading_where_it_is_installed(
+    window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[str] = []
+    answers = iter((True, False))
+
+    def open_url(url: QUrl) -> bool:
+        opened.append(url.toString())
+        return next(answers)
+
+    monkeypatch.setattr(QDesktopServices, "openUrl", open_url)
+    monkeypatch.setattr(manual_module, "HTML", tmp_path)
+    monkeypatch.setattr(manual_module, "place_of", lambda widget, tabs: ("view", "Spatial variation"))
+    nowhere = QPoint(-5, -5)
+    assert show_for_pointer(window, window.tabs, nowhere) is None
+    assert opened == [f"file://{tmp_path}/reference/workspaces/view.html#panel-view-spatial-variation"]
+    dialog = show_for_pointer(window, window.tabs, nowhere)
+    assert dialog is not None, "no browser opened it"
+    dialog.close()
