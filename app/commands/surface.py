@@ -13,6 +13,7 @@ from app.arguments.results import MAPS, software
 from app.commands.making import pixels_made
 from app.document.document import Project
 from engine.core.steps import Step, Steps, part
+from engine.scene.credits import Credits, credits_of
 from engine.scene.material import Material
 from engine.shading.shading_map import include
 from engine.storage.outputs import check_outputs
@@ -49,8 +50,16 @@ def is_current(project: Project) -> bool:
 
 
 def material_with_surface(project: Project) -> Material:
-    """The material of `project` as it leaves: with the maps of its surface, where they are there and of its texels."""
-    return with_surface(project.material, project.surface) if is_current(project) else project.material
+    """The material of `project` as it leaves: with credits, and the maps of its surface where they are there and of its
+    texels."""
+    material = with_surface(project.material, project.surface) if is_current(project) else project.material
+    return replace(material, credits=project.exporting.credits.over(credits_of_sources(project)))
+
+
+def credits_of_sources(project: Project) -> Credits:
+    """Credits that the material of `project` and its photographs state."""
+    stated = project.stack.provenance.get("credits") if project.stack is not None else None
+    return project.material.credits.over(credits_of(stated))
 
 
 def with_surface(material: Material, surface: Surface | None) -> Material:

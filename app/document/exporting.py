@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from engine.exchange.targets import EXPORTERS
+from engine.scene.credits import Credits
 
 if TYPE_CHECKING:
     from engine.exchange.subject import Settings
@@ -41,6 +42,7 @@ class Exporting:
     width_mm : width of the sample, for the scale bar of the web page; 0 where it is not known.
     error_percent : relative RMSE within which the smallest target is looked for.
     repeats : of the sample along each side of the tile that is written, which all differ (`engine.exchange.enlarge`).
+    credits : title, author, licence and source that go before those that the material and its photographs state.
     """
 
     left_out: frozenset[str] = field(default_factory=frozenset)
@@ -51,6 +53,7 @@ class Exporting:
     width_mm: float = 0.0
     error_percent: float = 5.0
     repeats: int = 1
+    credits: Credits = field(default_factory=Credits)
 
     def __post_init__(self) -> None:
         known = (
@@ -75,7 +78,8 @@ class Exporting:
         from engine.exchange.subject import WIDTHS_MM, Settings
 
         width_mm = self.width_mm if self.width_mm >= WIDTHS_MM[0] else None
-        return Settings(self.preset, self.coding, self.normal or None, width_mm)  # type: ignore[arg-type]
+        normal: Any = self.normal or None
+        return Settings(self.preset, self.coding, normal, width_mm, credits=self.credits)  # type: ignore[arg-type]
 
     @property
     def of_textures(self) -> tuple[str, str, str]:

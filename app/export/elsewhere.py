@@ -38,6 +38,7 @@ from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.document.exporting import MAX_ERROR_PERCENT, MAX_WIDTH_MM, REPEATS, Exporting
 from app.export.card import Board, Card
+from app.export.credits_fields import CreditsFields
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
 from app.project.interrupted import propose_parts, propose_place
@@ -155,6 +156,7 @@ class Elsewhere(QWidget):
         self.width_field = NumberField(0.0, 0.0, MAX_WIDTH_MM, unit="mm", nothing="not known")
         self.width_field.edited.connect(self._width_edited)
         page.row("Width", self.width_field, "Width of the sample, for a scale bar; empty where it is not known")
+        self.credits = CreditsFields(self.bench, panel)
         place = panel.section("Folder")
         self.name = QLineEdit()
         self.name.setMaxLength(120)
@@ -255,6 +257,7 @@ class Elsewhere(QWidget):
             self.offer(new.name)
         if old is new or old.exporting != new.exporting or old.material is not new.material:
             self._show_settings(new.exporting)
+        self.credits.show_project(new)
         if old is new or _list_dependencies(old) != _list_dependencies(new):
             self.looking.drop()
             self.goes_on = False

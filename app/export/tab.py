@@ -17,6 +17,7 @@ from app.commands.surface import is_current, material_with_surface
 from app.commands.workbench import Workbench
 from app.document.document import Look, Project
 from app.document.following import Following
+from app.export.credits_fields import CreditsFields
 from app.export.elsewhere import Elsewhere
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
@@ -175,6 +176,7 @@ class ExportTab(QWidget):
         self.varied = text(VARIED, "secondary", wrap=True)
         contents.wide(self.stale)
         contents.wide(self.varied)
+        self.credits = CreditsFields(self.bench, panel)
         panel.column.addSpacing(3 * STEP)
         self.export = button("Export bundle", "primary")
         self.export.clicked.connect(self.start)
@@ -307,6 +309,7 @@ class ExportTab(QWidget):
         if new.name != old.name or not self.name.text():
             self.offer(new.name)
         self.elsewhere.changed(old, new)
+        self.credits.show_project(new)
         before, after = old.material, new.material
         is_other = before is not after or old.surface is not new.surface or old.surface_from is not new.surface_from
         if not self.place.text() or is_other or old.exporting != new.exporting or old.excluded != new.excluded:

@@ -93,6 +93,7 @@ from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import number, percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
+from engine.images.credits import join_credits
 from engine.images.decode import refuse_larger
 from engine.storage.atomic import atomic_file, atomic_folder, require_space, write_bytes
 from engine.storage.records import HealthRecord
@@ -347,6 +348,7 @@ def _align_record(plan: Plan, read: _Read, place: Path, files: ExitStack, starte
 
 def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> StackRecord:
     region, sources, names = output.view.region, plan.sources, plan.names
+    credits = join_credits(one.credits for light in read.photographs for one in light)
     scale = None
     if plan.size_of_pixel is not None:
         larger = magnification_of(output.view.matrix, region.width, region.height)
@@ -387,6 +389,7 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
             "software": f"lightarc {engine.__version__}",
             **gamut_record(space, gamut),
             "profiles": profiles(read.photographs),
+            **({"credits": credits} if credits else {}),
             "cameras": sorted({one.camera for light in read.photographs for one in light if one.camera}),
             **plan.as_json(),
             "aligned_to": names[alignment.reference] if alignment.aligned.any() else None,

@@ -31,7 +31,8 @@ class Exif:
     `exposure_garbled`: an exposure time was written, but an impossible one. `colours`: the colour space that the
     camera states; Adobe RGB by the index R03 of DCF, or by a 2 as some cameras write it. `focal_mm`: of the lens,
     `focal_35mm` that which shows as much on 36 × 24 mm; `distance_m`: to what is in focus; `pitch_mm`: of pixels on the
-    sensor, where the image has `width_px` columns (None where it is not known).
+    sensor, where the image has `width_px` columns (None where it is not known). `artist` and `copyright` as a
+    photographer or a camera wrote them, '' where they did not.
     """
 
     camera: str | None = None
@@ -46,6 +47,8 @@ class Exif:
     distance_m: float | None = None
     pitch_mm: float | None = None
     width_px: int | None = None
+    artist: str = ""
+    copyright: str = ""
 
     def as_json(self) -> dict[str, Any]:
         return asdict(self)
@@ -85,6 +88,8 @@ def read_exif(content: bytes) -> Exif:
         distance_m=distance if distance is not None and distance < MAX_DISTANCE_M else None,
         pitch_mm=_pitch(tags),
         width_px=None if width is None else int(width),
+        artist=_words(tags, "Image Artist"),
+        copyright=_words(tags, "Image Copyright"),
     )
 
 
@@ -107,6 +112,12 @@ def _pitch(tags: Mapping[str, Any]) -> float | None:
         return None
     pitch = unit / across
     return pitch if PITCHES_MM[0] < pitch < PITCHES_MM[1] else None
+
+
+def _words(tags: Mapping[str, Any], name: str) -> str:
+    """The text of a tag as one line of printable letters."""
+    letters = (letter if letter.isprintable() else " " for letter in str(tags.get(name, ""))[:1000])
+    return " ".join("".join(letters).split())
 
 
 def _colours(tags: Mapping[str, Any]) -> Literal["", "srgb", "adobe", "uncalibrated"]:

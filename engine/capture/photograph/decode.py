@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -29,6 +29,7 @@ from engine.core.steps import Step, Steps
 from engine.images import decode as images
 from engine.images import tiff
 from engine.images.codes import Coded
+from engine.images.credits import read_credits
 from engine.images.exif import Exif, pixel_pitch_mm, read_exif
 from engine.images.tiff_directories import check_directories
 from engine.storage.readers import readers
@@ -66,6 +67,7 @@ class Photograph:
     focal_mm, distance_m, pitch_mm : focal length, distance of what is in focus, and size of a pixel on the sensor, each
         None where the camera does not say.
     matrix_source : of RAW files, what the camera matrix comes from: 'LibRaw', 'the file', or '' where there is none.
+    credits : title, author, licence, copyright and source by these names, as far as the file states them.
     coded : what radiance and saturation are made from, where that was asked for and they are made by tables.
     """
 
@@ -94,6 +96,7 @@ class Photograph:
     focal_mm: float | None = None
     distance_m: float | None = None
     pitch_mm: float | None = None
+    credits: Mapping[str, str] = field(default_factory=dict)
 
 
 def read_photograph(
@@ -211,8 +214,9 @@ def decode_photograph(
 
         if bands:
             raise InputError(name, "is camera RAW, which has no bands to choose", "Leave --bands out")
-        found = decode_raw(content, name, white_balance, half_size)
-        return {**found, **note_optics(read_exif(content), found["radiance"].shape, half_size)}
+        found, noted = decode_raw(content, name, white_balance, half_size), read_exif(content)
+        optics = note_optics(noted, found["radiance"].shape, half_size)
+        return {**found, **optics, "credits": read_credits(content, noted)}
     more: dict[str, Any] = {"bands": bands, "keep_primaries": True, "white_samples": white_samples}
     image = images.decode(content, name, transfer, half_size, orientation, white_code, keep_codes=keep_codes, **more)
     images.refuse_larger(name, image["pixels"])
@@ -224,6 +228,7 @@ def decode_photograph(
         name: getattr(noted, name) for name in ("camera", "exposure_s", "iso", "aperture", "orientation")
     }
     photographed |= note_optics(noted, image["pixels"].shape, half_size)
+    photographed["credits"] = read_credits(content, noted)
     levels = {"black_level": [], "white_level": [], "white_balance": [1.0, 1.0, 1.0], "camera_matrix": []}
     return {"radiance": image.pop("pixels"), **image, **photographed, **levels}
 

@@ -369,3 +369,25 @@ def test_any_order_of_undo_and_redo_shows_what_the_project_holds(tab: Any, windo
     assert material.image.image is not None
     assert material.image.image.size == (width, height)
     assert not window.failures.open_dialogs
+
+
+def test_credits_of_the_project_go_before_those_of_photographs(
+    tab: Any, window: MainWindow, qtbot: Any, tmp_path: Path
+) -> None:
+    """What photographs state stands in grey; what is written in its place is one step, and reaches the bundle."""
+    document = window.bench.document
+    stack = document.project.stack
+    assert stack is not None
+    said = {"author": "Ada Ng", "licence": "CC0-1.0"}
+    document.change("Import", stack=dataclasses.replace(stack, provenance={**stack.provenance, "credits": said}))
+    fields = tab.credits.fields
+    assert (fields["author"].text(), fields["author"].placeholderText()) == ("", "Ada Ng")
+    fields["author"].setText("Zoë")
+    fields["author"].editingFinished.emit()
+    assert window.export.elsewhere.credits.fields["author"].text() == "Zoë"
+    assert document.project.exporting.settings.credits.author == "Zoë"
+    export(window, qtbot)
+    kept = open_bundle(tab.target).credits
+    assert (kept.author, kept.licence) == ("Zoë", "CC0-1.0")
+    document.undo_stack.undo()
+    assert fields["author"].text() == ""
