@@ -271,11 +271,15 @@ def load_pbr_maps(path: Path, *others: Path) -> Steps[OpenedBundle]:
 
 
 def load_model_material(path: Path) -> Steps[OpenedBundle | None]:
-    """The materials that a glTF model brings; None where its parts have none."""
+    """The materials that a glTF model brings, each once over its texture coordinates; None where its parts have none."""
     yield Step(0.0, "looking for materials")
     from engine.exchange.readers.documents_child import list_parts
 
-    return (yield from load_pbr_maps(path)) if list_parts(path) else None
+    if not list_parts(path):
+        return None
+    opened = yield from load_pbr_maps(path)
+    own = {**opened.provenance, "view": {"repeats": 1.0}}
+    return dataclasses.replace(opened, name=path.stem, provenance=own)
 
 
 def settings_of_bundle(material: Material, provenance: dict[str, Any]) -> dict[str, Any]:

@@ -113,10 +113,13 @@ class Mode:
 
 
 def _cast_shadows(scene: Scene) -> Scene:
-    """The BRDF alone, with shadows of sharp lights; where parts of the model or its vertices have their own, those."""
+    """The BRDF alone, with shadows of sharp lights; where parts of the model or its vertices have their own, those,
+    unless another BRDF than that of the material is to be seen."""
     material = scene.material
-    is_of_parts = material is not None and (len(scene.parts) > 1 or scene.colours is not None)
-    return replace(scene, material=at_mean(material) if material is not None and is_of_parts else None, shadows=True)
+    has_parts = len(scene.parts) > 1 or scene.colours is not None
+    if material is None or not has_parts or scene.brdf != material.reflectance:
+        return replace(scene, material=None, shadows=True)
+    return replace(scene, material=at_mean(material), shadows=True)
 
 
 SHADING_MAP = Mode(

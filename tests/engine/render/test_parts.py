@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import drain
 from engine.exchange.readers.read import open_material
 from engine.geometry.camera import Camera
@@ -84,6 +85,10 @@ def test_parts_and_colours_of_vertices_follow_lamberts_law(gl: Any, scene: Scene
         assert image[..., :3] == pytest.approx(expected(), rel=1e-3, abs=1e-4)
         assert (image[..., 3] == 1.0).all()
     assert on_device == pytest.approx(on_cpu, rel=1e-3, abs=1e-5)
+
+
+def test_another_brdf_takes_the_place_of_all_parts(scene: Scene) -> None:
+    assert MODES["direct"].adapt(dataclasses.replace(scene, brdf=brdf_from_text("lambert"))).material is None
 
 
 def test_the_reference_shows_parts_and_colours_of_vertices(scene: Scene) -> None:
