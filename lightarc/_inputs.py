@@ -208,13 +208,13 @@ def as_samples(samples: Sequence[Any]) -> BrdfSamples:
 
 
 def as_material(material: object) -> Material | None:
-    """Return the material of a bundle, a folder of PBR textures or a glTF or MaterialX file; None stays None."""
+    """Return the material of a bundle, a folder of PBR textures or a glTF, OBJ or MaterialX file; None stays None."""
     if material is None or isinstance(material, Material):
         return material
     if not (is_path(material) or is_file_object(material)):
         raise UsageError(f"a material is a Material or a file, not {type(material).__name__}")
     with on_disk(material, ".lightarc") as path:
-        return open_material(path)
+        return open_material(path, parts=True)
 
 
 def as_camera(camera: object, positions: NDArray[np.float64], size: tuple[int, int]) -> Camera:

@@ -281,12 +281,13 @@ def open_material(path: FileLike) -> Material:
     Parameters
     ----------
     path : path or file object
-        A bundle, a folder or zip of PBR textures, a MaterialX document or a glTF file.
+        A bundle, a folder or zip of PBR textures, a MaterialX document or a glTF or OBJ file; `FILE#NAME` is the
+        material of that name.
 
     Returns
     -------
     Material
-        The material.
+        The material; of a model with those of its parts.
 
     Raises
     ------

@@ -65,7 +65,7 @@ LAMPS: dict[str, type[Any]] = {"lamps": LampSettings, "near_lamps": NearLampSett
 MAX_LAMPS, MAX_BYTES = 64, 2**32
 
 #: Endings of models that may bring a material.
-GLTF_SUFFIXES = (".glb", ".gltf")
+MODELS_WITH_MATERIALS = (".glb", ".gltf", ".obj")
 
 
 @dataclass(frozen=True, eq=False)
@@ -271,11 +271,11 @@ def load_pbr_maps(path: Path, *others: Path) -> Steps[OpenedBundle]:
 
 
 def load_model_material(path: Path) -> Steps[OpenedBundle | None]:
-    """The materials that a glTF model brings, each once over its texture coordinates; None where its parts have none."""
+    """The materials of the parts of a model, each once over its texture coordinates; None where it brings none."""
     yield Step(0.0, "looking for materials")
-    from engine.exchange.readers.documents_child import list_parts
+    from engine.exchange.readers.read import find_doubt_of_parts
 
-    if not list_parts(path):
+    if find_doubt_of_parts(path) is not None:
         return None
     opened = yield from load_pbr_maps(path)
     own = {**opened.provenance, "view": {"repeats": 1.0}}

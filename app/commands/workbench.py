@@ -23,7 +23,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.commands import brdf as commands_brdf
 from app.commands.bundle_view import (
-    GLTF_SUFFIXES,
+    MODELS_WITH_MATERIALS,
     SCALE_NOTE,
     OpenedBundle,
     load_bundle,
@@ -236,9 +236,9 @@ class Workbench(QObject):
             self.open_photographs(group.paths)
 
     def _open_model(self, path: Path, among: Opening) -> None:
-        """Load a model, and the material that a glTF file may bring unless another one was given `among` the files."""
+        """Load a model, and the materials that it may bring unless another one was given `among` the files."""
         self.wanted.emit("view")
-        if path.suffix.lower() not in GLTF_SUFFIXES:
+        if path.suffix.lower() not in MODELS_WITH_MATERIALS:
             self.load_model(str(path))
             return
         content = next((group.paths[0].name for group in among.groups if group.kind in CONTENT), "")

@@ -264,6 +264,9 @@ def decode_mesh(
     ]
     colours = _join(parts, "colours", 3)
     names = list(dict.fromkeys(part["material"] for part in parts if part.get("material") is not None))
+    part = parts[0].get("part") if len(parts) == 1 else None
+    if names:
+        part = np.concatenate([np.full(len(each["faces"]), names.index(each["material"])) for each in parts])
     completed = complete(
         np.concatenate([part["positions"] for part in parts]),
         np.concatenate(faces),
@@ -273,11 +276,9 @@ def decode_mesh(
         {"faces_of_fewer_than_3_corners_dropped": too_few, "points_moved_to_close_gaps": moved},
         oriented,
         colours=None if colours is None else np.nan_to_num(colours, nan=1.0),
-        part=np.concatenate([np.full(len(each["faces"]), names.index(each["material"])) for each in parts])
-        if names
-        else None,
+        part=part,
     )
-    return {**completed, "part_names": names}
+    return {**completed, "part_names": names or parts[0].get("part_names", [])}
 
 
 def decode_names(content: bytes, name: str) -> dict[str, Any]:

@@ -214,11 +214,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    scene_options.take_own_material(arguments)
+    doubts = scene_options.take_own_material(arguments)
     setup = _setup(arguments)
     found = _draw_scene(setup, arguments, show)
-    left_out = project_input.list_left_out(setup, arguments.mode) if setup is not None else []
-    return {**found, "warnings": [*found.get("warnings", ()), *left_out]} if left_out else found
+    doubts += project_input.list_left_out(setup, arguments.mode) if setup is not None else []
+    return {**found, "warnings": [*found.get("warnings", ()), *doubts]} if doubts else found
 
 
 def _draw_scene(setup: Setup | None, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:

@@ -10,8 +10,7 @@ from app.arguments.results import Input
 from app.cli.transport import project_input
 from app.cli.transport.options import brushing_argument
 from engine.core.errors import UsageError
-from engine.exchange.readers.documents_child import list_parts
-from engine.exchange.readers.read import holds_material, open_material
+from engine.exchange.readers.read import find_doubt_of_parts, holds_material, open_material
 from engine.factor.factor_file import open_reflectance
 from engine.geometry.camera import frame, parse
 from engine.geometry.orientation import ORIENTATIONS
@@ -27,11 +26,11 @@ if TYPE_CHECKING:
 
 MESH_HELP = (
     "a file, a built-in (sphere, plane, torus-knot, cloth, blob), a project (.lap), which brings its scene, or a "
-    "material of another program, which is shown on a sphere, a .glb on its own model"
+    "material of another program, which is shown on a sphere, a .glb or .obj on its own model"
 )
 MATERIAL_HELP = (
-    "a bundle, a folder or zip of PBR textures, a MaterialX document (.mtlx), a glTF file (.glb, .gltf; of several "
-    "materials the one named in FILE#NAME) or an RTI file (.ptm, .rti, a folder with info.json)"
+    "a bundle, a folder or zip of PBR textures, a MaterialX document (.mtlx), a glTF or OBJ file (.glb, .gltf, .obj, "
+    ".mtl; of several materials the one named in FILE#NAME) or an RTI file (.ptm, .rti, a folder with info.json)"
 )
 
 #: Model that a material without one is shown on.
@@ -94,25 +93,28 @@ def defaults_of_options() -> dict[str, float]:
     }
 
 
-def take_own_material(arguments: argparse.Namespace) -> None:
-    """Take the material in the place of the model, and the model that it has or `SHOWN_ON`.
+def take_own_material(arguments: argparse.Namespace) -> list[str]:
+    """Take the material in the place of the model, and the model that it has or `SHOWN_ON`; doubts as sentences.
 
     Nothing changes where a project, a model without materials, or another material or BRDF is given.
     """
     if project_input.is_given(arguments) or arguments.material is not None or arguments.brdf is not None:
-        return
+        return []
     if not Path(arguments.mesh).exists():
-        return
+        return []
 
     path = Path(arguments.mesh)
-    is_model = path.suffix.lower() in (".glb", ".gltf")
-    if not holds_material(path) or (is_model and not list_parts(path)):
-        return
+    is_model = path.suffix.lower() in (".glb", ".gltf", ".obj")
+    if is_model and (doubt := find_doubt_of_parts(path)) is not None:
+        return [f"{path.name} {doubt}"] if doubt else []
+    if not is_model and not holds_material(path):
+        return []
     arguments.material = arguments.mesh
     if is_model:
         arguments.tile = getattr(arguments, "tile", None) or 1.0
     else:
         arguments.mesh = SHOWN_ON
+    return []
 
 
 def mesh_of(arguments: argparse.Namespace) -> Mesh:

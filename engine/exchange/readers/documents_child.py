@@ -1,4 +1,4 @@
-"""MaterialX and glTF documents of strangers, read in a decoder process (`engine.storage.untrusted`).
+"""MaterialX and glTF documents, and libraries of OBJ materials, read in a decoder process (`engine.storage.untrusted`).
 
 The decoder gets the content of a document alone, and answers what the document says, with the images that lie within
 it. What it calls files is looked for here, in the folder of the document and below, and decoded later as any image.
@@ -15,14 +15,15 @@ import numpy as np
 from engine.core.errors import InputError
 from engine.exchange.readers.gltf import JSON_LIMIT_BYTES, gltf_of, parts_of
 from engine.exchange.readers.materialx import materialx_of
+from engine.exchange.readers.mtl import mtl_of, scan_obj
 from engine.exchange.readers.textures import Described, Image, Input, file_beside
 from engine.scene.credits import credits_of
 from engine.storage.untrusted import FILE_LIMIT_BYTES, decode_in_child, open_checked, read_head
 
-Kind = Literal["materialx", "gltf"]
+Kind = Literal["materialx", "gltf", "mtl"]
 
-_MATERIALX_LIMIT_BYTES = 4 << 20
-_REMEDIES = {"materialx": "Copy the textures beside the document", "gltf": "Export it as .glb"}
+_TEXT_LIMIT_BYTES = 4 << 20
+_REMEDIES = dict.fromkeys(("materialx", "mtl"), "Copy the textures beside it") | {"gltf": "Export it as .glb"}
 
 #: The decoder processes that serve documents: that of the images, which is there next, and that of the model.
 _IMAGES, _MODEL = "engine.images.decode", "engine.geometry.mesh"
@@ -45,18 +46,40 @@ def describe_document(path: Path, kind: Kind, material: str = "") -> Described:
 
 
 def list_parts(path: Path) -> list[str]:
-    """Names of the materials that the model of a glTF file has on its parts; none for what cannot be read."""
-    decoder = "engine.exchange.readers.documents_child:decode_parts"
+    """Names of the materials that the model of a glTF or OBJ file has on its parts; none for what cannot be read."""
     try:
-        found = decode_in_child(decoder, path, limit_bytes=_limit_bytes(path, "gltf"), process=_MODEL)
+        return [str(name) for name in _scan(path)["parts"]]
     except InputError:
         return []
-    return [str(name) for name in found["parts"]]
+
+
+def list_libraries(path: Path) -> list[str]:
+    """The libraries of materials that an OBJ file names."""
+    return [str(name) for name in _scan(path)["libraries"]]
+
+
+def library_beside(path: Path, named: str) -> Path:
+    """The library that an OBJ file calls `named`; InputError where it is not there."""
+    return file_beside(path, named.replace("\\", "/"), "Copy that as well")
+
+
+def _scan(path: Path) -> dict[str, Any]:
+    decoder = "engine.exchange.readers.documents_child:decode_parts"
+    limit_bytes = FILE_LIMIT_BYTES if is_obj(path) else _limit_bytes(path, "gltf")
+    return decode_in_child(decoder, path, limit_bytes=limit_bytes, process=_MODEL)
+
+
+def is_obj(path: Path) -> bool:
+    """True for an OBJ file, by its ending: it has no mark."""
+    return path.suffix.lower() == ".obj"
 
 
 def decode_parts(content: bytes, name: str) -> dict[str, list[str]]:
-    """The decoder: `parts`, the names of the materials of the model of a glTF file."""
-    return {"parts": parts_of(content, Path(name))}
+    """The decoder: `parts`, names of the materials of a model, and `libraries`, the files with those of an OBJ."""
+    if is_obj(Path(name)):
+        libraries, parts = scan_obj(content)
+        return {"parts": parts, "libraries": libraries}
+    return {"parts": parts_of(content, Path(name)), "libraries": []}
 
 
 def decode_document(content: bytes, name: str, kind: Kind, material: str = "") -> dict[str, Any]:
@@ -64,7 +87,10 @@ def decode_document(content: bytes, name: str, kind: Kind, material: str = "") -
 
     Each of these names the array with its content, or the file that it is, or lies in at `part`.
     """
-    described = gltf_of(content, Path(name), material) if kind == "gltf" else materialx_of(content, Path(name))
+    if kind == "materialx":
+        described = materialx_of(content, Path(name))
+    else:
+        described = (gltf_of if kind == "gltf" else mtl_of)(content, Path(name), material)
     values = {each.name: getattr(described, each.name) for each in fields(Described)}
     inputs = [each for each, value in values.items() if isinstance(value, Input)]
     images = {each: values[each].image.content for each in inputs if values[each].image is not None}
@@ -113,6 +139,6 @@ def _part(path: Path, place: Path, start: int, length: int) -> bytes:
 
 
 def _limit_bytes(path: Path, kind: Kind) -> int:
-    if kind == "materialx":
-        return _MATERIALX_LIMIT_BYTES
+    if kind != "gltf":
+        return _TEXT_LIMIT_BYTES
     return FILE_LIMIT_BYTES if read_head(path, 4)[0] == b"glTF" else JSON_LIMIT_BYTES

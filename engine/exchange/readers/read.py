@@ -1,10 +1,10 @@
-"""A material from whatever holds one: a bundle, PBR textures, a MaterialX document, a glTF file, an RTI file.
+"""A material from whatever holds one: a bundle, PBR textures, a MaterialX document, a glTF or OBJ model, an RTI file.
 
 The content says which it is: a folder with a manifest and a zip with one are bundles, a zip of images that are named
 for maps holds textures, as a folder of them does; a text that begins as XML is MaterialX, and glTF has its mark or is
 JSON. Files of reflectance transformation imaging begin as PTM and HSH do, or count their planes (`info.json`). A folder
 without textures that holds one such document stands for it. What is none of these is read as a bundle, whose reader
-says what is wrong with it. `FILE#NAME` is the material of that name in a glTF file.
+says what is wrong with it. `FILE#NAME` is the material of that name in a glTF or OBJ file or a library (.mtl).
 """
 
 from __future__ import annotations
@@ -19,10 +19,18 @@ from engine.core.errors import InputError
 from engine.core.health import Finding, Verdict
 from engine.core.steps import Steps, drain, part
 from engine.exchange.readers.archive import holds_zipped_textures, read_zip
-from engine.exchange.readers.documents_child import Kind, describe_document, list_parts
+from engine.exchange.readers.documents_child import (
+    Kind,
+    describe_document,
+    is_obj,
+    library_beside,
+    list_libraries,
+    list_parts,
+)
 from engine.exchange.readers.folder import describe_folder, describe_textures, document_in, holds_textures
 from engine.exchange.readers.rti import form_of, read_rti
 from engine.exchange.readers.textures import MAX_SIDE, Described, Input, maps_of
+from engine.geometry.gltf import NO_MATERIAL
 from engine.scene.material import Material, material_of_maps
 from engine.storage.untrusted import read_head
 
@@ -33,8 +41,8 @@ _HEAD_BYTES = 4096
 def holds_material(path: str | os.PathLike[str]) -> bool:
     """True if `path` is a material of another program.
 
-    These are textures in a folder or a zip, a MaterialX document, a glTF file, a folder of one of these, and files of
-    reflectance transformation imaging.
+    These are textures in a folder or a zip, a MaterialX document, a glTF or OBJ file, a library of OBJ materials, a
+    folder of one of these, and files of reflectance transformation imaging.
 
     No image is decoded.
     """
@@ -64,7 +72,8 @@ def read_material(path: str | os.PathLike[str], *, parts: bool = False) -> Steps
         return (yield from read_rti(place, form))
     if place.is_file() and not _kind(place):
         return (yield from read_zip(place))
-    of_model = list_parts(place) if parts and not name and place.is_file() and _kind(place) == "gltf" else []
+    is_model = place.is_file() and _kind(place) in ("gltf", "obj")
+    of_model = list_parts(place) if parts and not name and is_model else []
     if not of_model:
         described = describe(place, name)
         return (yield from _read(replace(described, notes=(*described.notes, *described.elsewhere))))
@@ -80,11 +89,28 @@ def split_name(path: str | os.PathLike[str]) -> tuple[Path, str]:
     return Path(file), name
 
 
+def find_doubt_of_parts(path: Path) -> str | None:
+    """None where a model brings materials of its parts; a sentence where it does not though it names some; otherwise
+    an empty text."""
+    if not list_parts(path):
+        return ""
+    if not is_obj(path):
+        return None
+    libraries = list_libraries(path)
+    try:
+        for named in libraries:
+            library_beside(path, named)
+    except InputError as error:
+        return f"is drawn without its materials: it {error.problem}"
+    return None if libraries else ""
+
+
 def _read_parts(path: Path, names: Sequence[str]) -> Steps[Material]:
-    """The material of a glTF file that stands for all, with those of all parts of the model.
+    """The material of a model that stands for all, with those of all its parts.
 
     Together they have at most as many texels as one of the largest size.
     """
+    names = [*names, *([NO_MATERIAL] if is_obj(path) else [])]
     main = describe(path)
     described = [describe(path, name) for name in names]
     textured = sum(_images(each) > 0 for each in described)
@@ -132,14 +158,43 @@ def describe(path: Path, name: str = "") -> Described:
         if document is None:
             return describe_folder(path)
         path = document
-    kind: Kind = "materialx" if _kind(path) == "materialx" else "gltf"
-    if name and kind != "gltf":
+    found = _kind(path)
+    if found == "obj":
+        return _describe_obj(path, name)
+    kind: Kind = "materialx" if found == "materialx" else "mtl" if found == "mtl" else "gltf"
+    if name and kind == "materialx":
         raise InputError(path, "is no glTF file, of which #NAME chooses a material", f"Leave out #{name}")
     return describe_document(path, kind, name)
 
 
+def _describe_obj(path: Path, name: str) -> Described:
+    """The material of this name in the libraries of an OBJ file, or the first with a map."""
+    libraries = [library_beside(path, named) for named in list_libraries(path)]
+    if not libraries:
+        raise InputError(path, "names no library of materials (mtllib)", "Export it with its materials")
+    if not name:
+        described = [_describe_obj(path, each) for each in list_parts(path)] or [_describe_obj(path, NO_MATERIAL)]
+        taken = next((each for each in described if _images(each)), described[0])
+        if len(described) == 1:
+            return taken
+        words = f"of {len(described)} materials, {taken.name!r} is taken; {path.name}#NAME chooses another one"
+        return replace(taken, elsewhere=(words,))
+    for library in libraries:
+        try:
+            return describe_document(library, "mtl", name)
+        except InputError as error:
+            if not error.problem.startswith("has no material"):
+                raise
+    if name not in list_parts(path):
+        raise InputError(path, f"has no material {name!r}", f"Choose one of {', '.join(list_parts(path)[:5])}")
+    white = describe_document(libraries[0], "mtl", NO_MATERIAL)
+    return replace(white, name=name, notes=("is in no library of the model, and drawn white",))
+
+
 def _kind(path: Path) -> str:
-    """'materialx', 'gltf', or '' for neither."""
+    """'materialx', 'gltf', 'obj', 'mtl', or '' for none of these."""
+    if path.suffix.lower() in (".obj", ".mtl"):
+        return path.suffix.lower()[1:]
     head, _ = read_head(path, _HEAD_BYTES)
     text = head.removeprefix(b"\xef\xbb\xbf").lstrip()
     if head.startswith(b"glTF"):

@@ -1,0 +1,99 @@
+"""Materials of OBJ models: each face with its own, by hand, and what is missing or not drawn is said."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from engine.core.errors import InputError
+from engine.exchange.readers.read import find_doubt_of_parts, open_material
+from engine.geometry.mesh import read_mesh
+from engine.scene.material import Material
+
+from .images import grey, png
+
+OBJ = """mtllib parts.mtl
+v 0 0 0
+v 1 0 0
+v 0 1 0
+v 0 0 1
+vt 0 0
+vt 1 0
+vt 0 1
+f 1/1 2/2 3/3
+usemtl red paint
+f 1/1 2/2 4/3
+usemtl worn
+f 1/1 3/2 4/3
+usemtl red paint
+f 2/1 3/2 4/3
+usemtl lost
+f 3/1 2/2 1/3
+"""
+
+MTL = """# comment
+newmtl red paint
+Kd 0.5 0.25 0.125
+Ks 0.5 0.5 0.5
+Ns 98
+illum 2
+d 0.5
+
+newmtl worn
+Kd 1 1 1
+map_Kd -s 2 2 1 maps\\\\base.png
+Pr 0.25
+Pm 1.0
+map_Bump -bm 0.5 maps/relief.png
+Ke 0 0 0
+"""
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    (tmp_path / "parts.obj").write_text(OBJ)
+    (tmp_path / "parts.mtl").write_text(MTL)
+    for name in ("base", "relief"):
+        png(tmp_path / "maps" / f"{name}.png", grey(255))
+    return tmp_path / "parts.obj"
+
+
+def part(material: Material, name: str) -> Material:
+    return next(each for each in material.parts if each.name == name)
+
+
+def test_each_face_has_the_material_that_stands_before_it(model: Path) -> None:
+    mesh = read_mesh(model)
+    assert mesh.part_names == ("no material", "red paint", "worn", "lost")
+    assert mesh.part is not None
+    assert mesh.part.tolist() == [0, 1, 2, 1, 3]
+
+
+def test_libraries_give_base_colour_highlight_and_metal(model: Path) -> None:
+    """An exponent of 98 is GGX of alpha = √(2 / 100); Ks of 0.5 is the f0 of 0.04."""
+    opened = open_material(model, parts=True)
+    paint, worn = part(opened, "red paint"), part(opened, "worn")
+    assert paint.pbr is not None
+    assert worn.pbr is not None
+    assert paint.pbr.base_colour[0, 0] == pytest.approx((0.5, 0.25, 0.125))
+    assert paint.pbr.roughness[0, 0] == pytest.approx(0.02**0.25)
+    assert (paint.pbr.f0[0, 0], paint.pbr.metallic[0, 0]) == (pytest.approx(0.04), 0.0)
+    assert worn.pbr.base_colour[0, 0] == pytest.approx((1.0, 1.0, 1.0))
+    assert (worn.pbr.roughness[0, 0], worn.pbr.metallic[0, 0]) == (0.25, 1.0)
+    assert paint.health.warnings == ["opacity is not drawn"]
+    assert worn.health.warnings == ["the relief of map_bump is not drawn", "-s of map_kd is passed over"]
+    assert part(opened, "lost").health.warnings == ["is in no library of the model, and drawn white"]
+    assert (opened.name, open_material(f"{model}#red paint").name) == ("worn", "red paint")
+    assert "of 3 materials, 'worn' is taken; parts.obj#NAME chooses another one" in opened.health.warnings
+
+
+def test_a_model_without_its_library_says_so(model: Path) -> None:
+    assert find_doubt_of_parts(model) is None
+    (model.parent / "parts.mtl").unlink()
+    doubt = find_doubt_of_parts(model)
+    assert doubt == "is drawn without its materials: it needs the file 'parts.mtl' beside it, which does not exist"
+    for wrong in ("../parts.mtl", "/etc/passwd"):
+        model.write_text(OBJ.replace("parts.mtl", wrong))
+        with pytest.raises(InputError, match="outside its folder"):
+            open_material(model)
