@@ -207,14 +207,14 @@ def as_samples(samples: Sequence[Any]) -> BrdfSamples:
     return BrdfSamples(wi / lengths[0], wo / lengths[1], value, name="samples")
 
 
-def as_material(material: object) -> Material | None:
+def as_material(material: object, search: str | os.PathLike[str] | None = None) -> Material | None:
     """Return the material of a bundle, a folder of PBR textures or a glTF, OBJ or MaterialX file; None stays None."""
     if material is None or isinstance(material, Material):
         return material
     if not (is_path(material) or is_file_object(material)):
         raise UsageError(f"a material is a Material or a file, not {type(material).__name__}")
     with on_disk(material, ".lightarc") as path:
-        return open_material(path, parts=True)
+        return open_material(path, parts=True, search=search)
 
 
 def as_camera(camera: object, positions: NDArray[np.float64], size: tuple[int, int]) -> Camera:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -275,14 +276,16 @@ def open_bundle(path: FileLike) -> Material:
 
 
 @public
-def open_material(path: FileLike) -> Material:
+def open_material(path: FileLike, *, search: str | os.PathLike[str] | None = None) -> Material:
     """Open a material of this program or of others.
 
     Parameters
     ----------
     path : path or file object
-        A bundle, a folder or zip of PBR textures, a MaterialX document or a glTF or OBJ file; `FILE#NAME` is the
-        material of that name.
+        A bundle, a folder or zip of PBR textures, a MaterialX document, a glTF or OBJ file, or a file of reflectance
+        transformation imaging (`.ptm`, `.rti`, a folder with `info.json`); `FILE#NAME` is the material of that name.
+    search : path, optional
+        A folder in which images that a document names may lie, beside its own.
 
     Returns
     -------
@@ -299,7 +302,7 @@ def open_material(path: FileLike) -> Material:
     >>> lightarc.open_material("plain.lightarc").name
     'plain'
     """
-    found = as_material(path)
+    found = as_material(path, search)
     if found is None:
         raise UsageError("open_material needs a file")
     return found

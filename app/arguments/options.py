@@ -46,3 +46,14 @@ def settings_from(arguments: argparse.Namespace, of: type[Any], without: Iterabl
             parameter.check(value, parameter.flag)
             values[parameter.name] = value
     return of(**values)
+
+
+def add_search(parser: argparse.ArgumentParser) -> None:
+    """The folder of images that a document names."""
+    parser.add_argument(
+        "--search",
+        type=Input(),
+        metavar="FOLDER",
+        help="a folder, with those below, in which images that a MaterialX or glTF document names may lie, beside its "
+        "own; names lead there as from the document, or are looked for from FOLDER on",
+    )

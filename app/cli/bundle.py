@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from app.arguments.options import add_search
 from app.arguments.results import Input, Output, material_at
 from app.arguments.usage import BAD_FILE, DONE
 from app.commands.export_bundle import export
@@ -40,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Input(),
         metavar="BUNDLE",
         help="a .lightarc file or a bundle folder; for make a project (.lap), a "
-        "folder or zip of PBR textures, a MaterialX document or a glTF file",
+        "folder or zip of PBR textures, a MaterialX document, a glTF file or an RTI file",
     )
     parser.add_argument(
         "-o",
@@ -49,6 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="make: the .lightarc file or folder to write; extract: the folder",
     )
+    add_search(parser)
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
@@ -64,7 +66,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     if arguments.action == "view":
         return _view(Path(arguments.path), show)
     if arguments.action == "make":
-        _make(Path(arguments.path), Path(arguments.output), show)
+        _make(Path(arguments.path), Path(arguments.output), arguments.search, show)
         arguments.path = arguments.output
     show(Step(0.0, "reading the bundle"))
     if arguments.action == "show":
@@ -113,12 +115,12 @@ def _view(bundle: Path, show: Callable[[Step], None]) -> dict[str, Any]:
     return {"page": str(page), "opened": opened, "warnings": material.health.warnings}
 
 
-def _make(source: Path, output: Path, show: Callable[[Step], None]) -> None:
+def _make(source: Path, output: Path, search: str | None, show: Callable[[Step], None]) -> None:
     """Write PBR maps of others, or the material of a project: InputError where it has none, or its data are gone."""
     if holds_material(source):
         check_replaceable(output)
         show(Step(0.0, "reading the maps"))
-        drain(save_bundle(output, open_material(source), provenance={"source": source.name}), show)
+        drain(save_bundle(output, open_material(source, search=search), provenance={"source": source.name}), show)
         return
     _make_of_project(source, output, show)
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.arguments.options import add_search
 from app.arguments.results import EXPORT, Input, Output
 from app.commands.making import readable_stack
 from app.commands.rebuilding import set_up_whole
@@ -98,6 +99,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="width of the sample, from the left edge of its maps to the right one, for units, heights and scale bars "
         "(without it that of lightarc import --scale, where the photographs or the bundle have it)",
     )
+    add_search(parser)
     credits = parser.add_argument_group("credits", "written into the files, before those that the material came with")
     credits.add_argument("--title", type=str, default="", metavar="TEXT", help="title of the work")
     credits.add_argument("--author", type=str, default="", metavar="TEXT", help="who made it")
@@ -202,7 +204,7 @@ def _open(arguments: argparse.Namespace) -> tuple[Material, ImageStack | None, P
 
     stack = open_stack(arguments.stack) if arguments.stack else None
     if not is_project(arguments.source):
-        return open_material(arguments.source), stack, None
+        return open_material(arguments.source, search=arguments.search), stack, None
     project = set_up_whole(Path(arguments.source)).project
     if not project.has_map:
         raise InputError(arguments.source, "has no material yet", "Build one in the window, or with lightarc shade")

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from app.arguments.options import settings_from
+from app.arguments.options import add_search, settings_from
 from app.arguments.results import TRANSPORT, Input, Output
 from app.cli.brdf import BRDF_HELP
 from app.cli.doubts import doubts_of_brdf, mean_in_place_of_maps
@@ -55,6 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"{scene_options.MATERIAL_HELP}, whose BRDF is baked; of PBR maps the one at their mean, with the error "
         "of that",
     )
+    add_search(parser)
     parser.add_argument(
         "-o",
         "--output",
@@ -133,7 +134,7 @@ def _take_brdf(arguments: argparse.Namespace, show: Callable[[Step], None]) -> d
         raise UsageError("a bake is of one BRDF: give --brdf or --material")
 
     show(Step(0.0, "reading the material"))
-    material = open_material(arguments.material)
+    material = open_material(arguments.material, search=arguments.search)
     if material.measured is not None:
         raise UsageError("the material has a measured BRDF; give the measurement itself as --brdf")
     arguments.brdf = material.brdf

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from app.arguments.options import add_search
 from app.arguments.results import Input
 from app.cli.brdf import BRDF_HELP
 from app.cli.doubts import doubts_of_scene
@@ -45,6 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--brdf", type=Input(), metavar="TEXT", help=BRDF_HELP)
     what.add_argument("--material", type=Input(), metavar="MATERIAL", help=scene_options.MATERIAL_HELP)
+    add_search(parser)
     scene_options.add_surroundings(parser)
     add_budget(parser)
     vary.add_argument(parser)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from app.arguments.options import add_search
 from app.arguments.results import Input, Output, software
 from app.cli.doubts import doubts_of_scene, mean_in_place_of_maps, means_of_parts
 from app.cli.transport import project_input, render_auto, render_transport, render_turntable, scene_options
@@ -99,6 +100,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"{scene_options.MATERIAL_HELP}; without it the BRDF alone is shown. On a bake it shows its "
         "texels in the light that the bake lets through",
     )
+    add_search(parser)
     parser.add_argument(
         "--brdf",
         type=Input(),

@@ -118,7 +118,7 @@ def scene_of_bake(relit: RelightTransport, light: Light, camera: Camera, argumen
             extent=float(np.ptp(square[:, 0]) / 2.0 / mesh.radius),
             cells=int(np.sqrt(len(square))) - 1,
         )
-    material = open_material(arguments.material)
+    material = open_material(arguments.material, search=arguments.search)
     return Scene(
         mesh,
         camera,

@@ -132,7 +132,7 @@ def scene_of(arguments: argparse.Namespace, verb: str) -> Scene:
                 f"{verb} compares modes of which some show no light near the model; remove the project's near lights"
             )
         return scene
-    material = open_material(arguments.material) if arguments.material else None
+    material = open_material(arguments.material, search=arguments.search) if arguments.material else None
     mesh = mesh_of(arguments)
     return make_scene(
         mesh,
@@ -152,4 +152,4 @@ def material_of(setup: Setup | None, arguments: argparse.Namespace) -> Material 
     """The material that is given, with those of the parts of its model, or that of the project."""
     if setup is not None:
         return setup.project.material
-    return open_material(arguments.material, parts=True) if arguments.material else None
+    return open_material(arguments.material, parts=True, search=arguments.search) if arguments.material else None

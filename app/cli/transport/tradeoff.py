@@ -8,6 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.arguments.options import add_search
 from app.arguments.results import Input, Output, sweep_in
 from app.arguments.usage import CANCELLED, DONE
 from app.cli.brdf import BRDF_HELP
@@ -66,6 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     scene_options.add_mesh(parser)
     parser.add_argument("--brdf", type=Input(), metavar="TEXT", help=BRDF_HELP)
     parser.add_argument("--material", type=Input(), metavar="MATERIAL", help=scene_options.MATERIAL_HELP)
+    add_search(parser)
     scene_options.add_surroundings(parser)
     parser.add_argument(
         "-o",

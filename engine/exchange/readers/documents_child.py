@@ -6,8 +6,11 @@ it. What it calls files is looked for here, in the folder of the document and be
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
@@ -23,26 +26,46 @@ from engine.storage.untrusted import FILE_LIMIT_BYTES, decode_in_child, open_che
 Kind = Literal["materialx", "gltf", "mtl"]
 
 _TEXT_LIMIT_BYTES = 4 << 20
-_REMEDIES = dict.fromkeys(("materialx", "mtl"), "Copy the textures beside it") | {"gltf": "Export it as .glb"}
+
+#: An element that includes another document, and the most of them.
+_INCLUDE, _MAX_INCLUDED = re.compile(rb'<xi:include[^<>]{1,200}?href="([^"<>]{1,300})"'), 32
+
+_REMEDIES = {
+    "materialx": "Copy the textures beside the document, or name their folder with --search",
+    "mtl": "Copy the textures beside it",
+    "gltf": "Export it as .glb",
+}
 
 #: The decoder processes that serve documents: that of the images, which is there next, and that of the model.
 _IMAGES, _MODEL = "engine.images.decode", "engine.geometry.mesh"
 
 
-def describe_document(path: Path, kind: Kind, material: str = "") -> Described:
+def describe_document(path: Path, kind: Kind, material: str = "", search: Path | None = None) -> Described:
     """The material of a document, of a glTF file the one of that name; InputError where it has none, is damaged, or
-    names a file that is not there."""
+    names a file that is not there.
+
+    Its images lie beside it, or in the folder `search`.
+    """
     decoder = "engine.exchange.readers.documents_child:decode_document"
     more: dict[str, Any] = {"material": material} if material else {}
+    if kind == "materialx" and (included := _list_included(path, search)):
+        more["beside"] = included
     reply = decode_in_child(decoder, path, limit_bytes=_limit_bytes(path, kind), process=_IMAGES, kind=kind, **more)
     values: dict[str, Any] = {
-        each.name: _input(path, kind, value, reply) if each.name in reply["inputs"] else value
+        each.name: _input(path, kind, value, reply, search) if each.name in reply["inputs"] else value
         for each in fields(Described)
         if (value := reply["described"].get(each.name)) is not None
     }
     credits = credits_of(values["credits"])
     sentences = {each: tuple(values[each]) for each in ("notes", "elsewhere")}
     return Described(**{**values, **sentences, "credits": credits})
+
+
+def _list_included(path: Path, search: Path | None) -> dict[str, Path]:
+    """The documents that one includes, by the names that it gives them."""
+    named = _INCLUDE.findall(read_head(path, _TEXT_LIMIT_BYTES)[0])[:_MAX_INCLUDED]
+    texts = [name.decode("utf-8", "replace") for name in named]
+    return {name: file_beside(path, name, _REMEDIES["materialx"], search) for name in texts}
 
 
 def list_parts(path: Path) -> list[str]:
@@ -82,15 +105,19 @@ def decode_parts(content: bytes, name: str) -> dict[str, list[str]]:
     return {"parts": parts_of(content, Path(name)), "libraries": []}
 
 
-def decode_document(content: bytes, name: str, kind: Kind, material: str = "") -> dict[str, Any]:
+def decode_document(
+    content: bytes, name: str, kind: Kind, material: str = "", beside: Mapping[str, bytes] = MappingProxyType({})
+) -> dict[str, Any]:
     """The decoder: `described`, the fields of a `Described` by name; `inputs`, those that are an `Input`; and images.
 
-    Each of these names the array with its content, or the file that it is, or lies in at `part`.
+    Each of these names the array with its content, or the file that it is, or lies in at `part`. `beside` are documents
+    that a MaterialX document includes.
     """
+    path = Path(name)
     if kind == "materialx":
-        described = materialx_of(content, Path(name))
+        described = materialx_of(content, path, beside)
     else:
-        described = (gltf_of if kind == "gltf" else mtl_of)(content, Path(name), material)
+        described = (gltf_of if kind == "gltf" else mtl_of)(content, path, material)
     values = {each.name: getattr(described, each.name) for each in fields(Described)}
     inputs = [each for each, value in values.items() if isinstance(value, Input)]
     images = {each: values[each].image.content for each in inputs if values[each].image is not None}
@@ -114,7 +141,7 @@ def _describe(image: Image) -> dict[str, Any]:
     }
 
 
-def _input(path: Path, kind: Kind, said: dict[str, Any], reply: dict[str, Any]) -> Input:
+def _input(path: Path, kind: Kind, said: dict[str, Any], reply: dict[str, Any], search: Path | None) -> Input:
     factor, inverted, image = tuple(map(float, said["factor"])), bool(said["inverted"]), said["picture"]
     if image is None:
         return Input(factor, None, inverted)
@@ -122,7 +149,7 @@ def _input(path: Path, kind: Kind, said: dict[str, Any], reply: dict[str, Any]) 
     if image["file"] is None:
         content = reply[f"image {said['name']}"].tobytes()
     else:
-        place = file_beside(path, image["file"], _REMEDIES[kind])
+        place = file_beside(path, image["file"], _REMEDIES[kind], search)
         content = None if image["part"] is None else _part(path, place, *image["part"])
     name, transfer, channel = image["name"], image["transfer"], image["channel"]
     found = Image(place if content is None else path, name, transfer, channel, content, space=str(image["space"]))

@@ -137,6 +137,25 @@ SURFACES = {
             displacement="0",
         ),
     ),
+    "disney_principled": Surface(
+        ("baseColor", (0.16, 0.16, 0.16)),
+        ("roughness", 0.5),
+        ("metallic", 0.0),
+        "",
+        ("", (1.0 + 0.08**0.5) / (1.0 - 0.08**0.5)),  # reflects 0.08 specular
+        {"f0": ("specular", 0.5)},
+        passing="specTrans",
+        ignored=_losses(
+            "",
+            anisotropic="0",
+            specularTint="0",
+            sheen="0",
+            sheenTint="0.5",
+            ior="1.5",
+            subsurface="0",
+            subsurfaceDistance="1,1,1",
+        ),
+    ),
 }
 
 #: Numbers of glTF's layers in MaterialX, with their defaults.
@@ -153,14 +172,33 @@ _GLTF_LAYERS = {
 
 _IMAGES = ("image", "tiledimage", "gltf_image", "gltf_colorimage", "UsdUVTexture", "hextiledimage", "hextilednormalmap")
 _THROUGH = ("normalmap", "gltf_normalmap", "convert", "dot", "output")
+#: An element that stands for another document.
+_INCLUDE = "{http://www.w3.org/2001/XInclude}include"
+
 _CHANNELS = {"r": 0, "x": 0, "g": 1, "y": 1, "b": 2, "z": 2}
 
 
-def materialx_of(content: bytes, path: Path) -> Described:
+def materialx_of(content: bytes, path: Path, included: Mapping[str, bytes] = MappingProxyType({})) -> Described:
     """The material of a document's content, as it names its files; InputError where it has no surface that is read.
+
+    Elements of documents that it includes, by the names that it calls them, stand in their places; what these
+    include in turn is left out.
 
     It runs in the decoder process (`engine.exchange.readers.documents_child`).
     """
+    root = _parse(content, path)
+    _include(root, path, included)
+    found = {kind: [each for each in root if each.tag == kind] for kind in SURFACES}
+    shaders = [shader for each in found.values() for shader in each]
+    shaders.sort(key=lambda shader: not _has_layers(shader))  # which the other surfaces of a document say less well
+    if not shaders:
+        known = ", ".join(SURFACES)
+        raise InputError(path, "has no surface that is read", f"These are read: {known}")
+    return _Document(path, root).describe(shaders[0], shaders)
+
+
+def _parse(content: bytes, path: Path) -> Element:
+    """The root of a document."""
     if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
         raise InputError(path, "defines entities, which no MaterialX document needs", AGAIN)
     try:
@@ -169,13 +207,21 @@ def materialx_of(content: bytes, path: Path) -> Described:
         raise InputError(path, f"is not valid XML ({str(error)[:80]})", AGAIN) from None
     if root.tag != "materialx":
         raise InputError(path, "is not a MaterialX document", "Give a .mtlx file")
-    found = {kind: [each for each in root if each.tag == kind] for kind in SURFACES}
-    shaders = [shader for each in found.values() for shader in each]
-    shaders.sort(key=lambda shader: not _has_layers(shader))  # which the other surfaces of a document say less well
-    if not shaders:
-        known = ", ".join(SURFACES)
-        raise InputError(path, "has no surface that is read", f"These are read: {known}")
-    return _Document(path, root).describe(shaders[0], shaders)
+    return root
+
+
+def _include(root: Element, path: Path, included: Mapping[str, bytes]) -> None:
+    """Put elements of other documents in the places of those that include them, with what their roots state."""
+    for place, element in reversed([*enumerate(root)]):
+        name = element.get("href", "")
+        if element.tag != _INCLUDE or name not in included:
+            continue
+        other = _parse(included[name], path.parent / name)
+        for each in other:
+            for stated in ("colorspace", "fileprefix"):
+                if value := other.get(stated):
+                    each.set(stated, each.get(stated) or value)
+        root[place : place + 1] = [each for each in other if each.tag != _INCLUDE]
 
 
 class _Document:
@@ -281,7 +327,9 @@ class _Document:
             mean = 0.5 if roughness.image is not None else 1.0
             values, widened, notes = gltf_values(given, mean * roughness.factor[0])
         else:
-            given = {"clearcoat": number("clearcoat", 0.0), "clearcoat_roughness": number("clearcoatRoughness", 0.01)}
+            is_usd = shader.tag == "UsdPreviewSurface"
+            rough = number("clearcoatRoughness", 0.01) if is_usd else 1.0 - number("clearcoatGloss", 1.0)
+            given = {"clearcoat": number("clearcoat", 0.0), "clearcoat_roughness": rough}
             values, widened, notes = gltf_values(given, 1.0)
         if shader.tag != "open_pbr_surface" and not has_layers(values):
             return "", 1.0

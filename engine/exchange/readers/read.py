@@ -56,18 +56,26 @@ def holds_material(path: str | os.PathLike[str]) -> bool:
         return False
 
 
-def open_material(path: str | os.PathLike[str], *, parts: bool = False) -> Material:
+def open_material(
+    path: str | os.PathLike[str], *, parts: bool = False, search: str | os.PathLike[str] | None = None
+) -> Material:
     """The material at `path`, with those of the `parts` of its model where these are wanted; InputError where there is
-    none, with what would be right."""
-    return drain(read_material(path, parts=parts))
+    none, with what would be right.
+
+    `search` is a folder in which a MaterialX or glTF document may name files too.
+    """
+    return drain(read_material(path, parts=parts, search=search))
 
 
-def read_material(path: str | os.PathLike[str], *, parts: bool = False) -> Steps[Material]:
+def read_material(
+    path: str | os.PathLike[str], *, parts: bool = False, search: str | os.PathLike[str] | None = None
+) -> Steps[Material]:
     """As `open_material`, in steps: decoding large textures takes seconds."""
     if not holds_material(path):
         _refuse_others(Path(path))
         return open_bundle(path)
     place, name = split_name(path)
+    within = None if search is None else Path(search)
     if (form := form_of(place)) is not None:
         return (yield from read_rti(place, form))
     if place.is_file() and not _kind(place):
@@ -75,9 +83,9 @@ def read_material(path: str | os.PathLike[str], *, parts: bool = False) -> Steps
     is_model = place.is_file() and _kind(place) in ("gltf", "obj")
     of_model = list_parts(place) if parts and not name and is_model else []
     if not of_model:
-        described = describe(place, name)
+        described = describe(place, name, within)
         return (yield from _read(replace(described, notes=(*described.notes, *described.elsewhere))))
-    return (yield from _read_parts(place, of_model))
+    return (yield from _read_parts(place, of_model, within))
 
 
 def split_name(path: str | os.PathLike[str]) -> tuple[Path, str]:
@@ -105,14 +113,14 @@ def find_doubt_of_parts(path: Path) -> str | None:
     return None if libraries else ""
 
 
-def _read_parts(path: Path, names: Sequence[str]) -> Steps[Material]:
+def _read_parts(path: Path, names: Sequence[str], search: Path | None) -> Steps[Material]:
     """The material of a model that stands for all, with those of all its parts.
 
     Together they have at most as many texels as one of the largest size.
     """
     names = [*names, *([NO_MATERIAL] if is_obj(path) else [])]
-    main = describe(path)
-    described = [describe(path, name) for name in names]
+    main = describe(path, search=search)
+    described = [describe(path, name, search) for name in names]
     textured = sum(_images(each) > 0 for each in described)
     most = int(MAX_SIDE / max(1, textured) ** 0.5)
     found = []
@@ -148,10 +156,10 @@ def _read(described: Described, most: int = MAX_SIDE) -> Steps[Material]:
     return replace(material_of_maps(maps, described.name, health), credits=described.credits)
 
 
-def describe(path: Path, name: str = "") -> Described:
+def describe(path: Path, name: str = "", search: Path | None = None) -> Described:
     """The maps of a folder, a MaterialX document or a glTF file, as its reader describes them.
 
-    Of a glTF file the material of this `name`.
+    Of a glTF file the material of this `name`; a document may name files in the folder `search` too.
     """
     if path.is_dir():
         document = None if holds_textures(path) else document_in(path)
@@ -164,7 +172,7 @@ def describe(path: Path, name: str = "") -> Described:
     kind: Kind = "materialx" if found == "materialx" else "mtl" if found == "mtl" else "gltf"
     if name and kind == "materialx":
         raise InputError(path, "is no glTF file, of which #NAME chooses a material", f"Leave out #{name}")
-    return describe_document(path, kind, name)
+    return describe_document(path, kind, name, search)
 
 
 def _describe_obj(path: Path, name: str) -> Described:

@@ -20,6 +20,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
@@ -332,7 +333,7 @@ def decode_hsh(content: bytes, name: str) -> dict[str, Any]:
     return _reply(planes, lights, "ptm" if kind == 1 else "hsh", mean)
 
 
-def decode_relight(content: bytes, name: str, beside: Mapping[str, bytes]) -> dict[str, Any]:
+def decode_relight(content: bytes, name: str, beside: Mapping[str, bytes] = MappingProxyType({})) -> dict[str, Any]:
     """The decoder of a relight tree: `info.json`, and planes by their names."""
     if len(content) > _INFO_BYTES:
         raise InputError(name, f"has more than {_INFO_BYTES >> 20} MiB of numbers", "Export it again")

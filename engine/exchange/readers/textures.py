@@ -16,7 +16,7 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Literal
 
 import cv2
@@ -128,16 +128,24 @@ class Described:
     credits: Credits = field(default_factory=Credits)
 
 
-def file_beside(path: Path, named: str, remedy: str) -> Path:
-    """The file that `path` calls `named`, in its folder or below; InputError for any other and for one not there."""
+def file_beside(path: Path, named: str, remedy: str, search: Path | None = None) -> Path:
+    """The file that `path` calls `named`, in its folder or below; InputError for any other and for one not there.
+
+    A user allows further files by a folder to `search`: those in it or below, where `path` calls them so, or where they
+    would lie if the name began there, without the steps out of a folder at its beginning.
+    """
     folder = path.absolute().parent
+    places = [(folder / named, folder)]
+    if search is not None:
+        steps = [step for step in PurePosixPath(named).parts if step != ".."]
+        places += [(folder / named, search.absolute()), (search.absolute().joinpath(*steps), search.absolute())]
     try:
-        beside = folder / named
-        inside = beside.resolve().is_relative_to(folder.resolve())
+        inside = [place for place, within in places if place.resolve().is_relative_to(within.resolve())]
     except (OSError, ValueError, RuntimeError):
         raise InputError(path, f"names an impossible file ({named[:60]!r})", remedy) from None
     if not inside or _ADDRESS.match(named):
         raise InputError(path, f"names a file outside its folder ({named[:60]!r})", remedy)
+    beside = next((place for place in inside if place.is_file()), inside[0])
     try:
         with open_checked(beside, FILE_LIMIT_BYTES):
             return beside

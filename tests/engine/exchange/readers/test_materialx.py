@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Callable
 from pathlib import Path
 
 import MaterialX as materialx
@@ -14,7 +15,7 @@ from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.exchange.materialx import contents
 from engine.exchange.readers.materialx import materialx_of
-from engine.exchange.readers.read import open_material
+from engine.exchange.readers.read import describe, open_material
 from engine.exchange.readers.textures import Described
 from engine.exchange.subject import Settings, Subject
 from engine.scene.material import Material, material_of_maps
@@ -211,12 +212,13 @@ def library() -> materialx.Document:
     return found
 
 
-SURFACES = ("open_pbr_surface", "standard_surface", "gltf_pbr", "UsdPreviewSurface")
+SURFACES = ("open_pbr_surface", "standard_surface", "gltf_pbr", "UsdPreviewSurface", "disney_principled")
 
 
 def inputs_of(surface: str) -> list[tuple[str, str, str]]:
     """Name, type and default of all inputs of a surface, as the library declares them."""
-    declared = library().getNodeDef(f"ND_{surface}_surfaceshader").getActiveInputs()
+    name = f"ND_{surface}" if surface == "disney_principled" else f"ND_{surface}_surfaceshader"
+    declared = library().getNodeDef(name).getActiveInputs()
     return [(each.getName(), each.getType(), each.getValueString()) for each in declared]
 
 
@@ -243,6 +245,7 @@ def test_every_input_of_a_surface_is_read_or_named(surface: str, tmp_path: Path)
         "standard_surface": "coat sheen subsurface transmission",
         "gltf_pbr": "clearcoat sheen_roughness iridescence transmission anisotropy_strength",
         "UsdPreviewSurface": "clearcoat",
+        "disney_principled": "clearcoat",
     }[surface].split()
     present = dict.fromkeys(layers, "0.5")
     present |= {
@@ -250,6 +253,7 @@ def test_every_input_of_a_surface_is_read_or_named(surface: str, tmp_path: Path)
         "standard_surface": {"thin_film_thickness": "400", "specular_anisotropy": "0.5", "emission": "1"},
         "gltf_pbr": {"sheen_color": "0.3,0.3,0.3", "roughness": "0.4", "emissive": "1,1,1", "alpha_mode": "1"},
         "UsdPreviewSurface": {"useSpecularWorkflow": "1"},
+        "disney_principled": {},
     }[surface]
     kinds = {name: kind for name, kind, _ in inputs_of(surface)}
 
@@ -290,3 +294,50 @@ def test_unknown_spaces_and_sets_of_tiles_are_refused_by_name(tmp_path: Path) ->
         open_path(document(tmp_path, image.format("a.png", "hydra_blue") + surface))
     with pytest.raises(InputError, match=r"UDIM.*1001"):
         open_path(document(tmp_path, image.format("a.<UDIM>.png".replace("<", "&lt;"), "srgb_texture") + surface))
+
+
+WHITE = '<{0} name="s" type="surfaceshader"><input name="{1}" type="color3" nodename="i"/></{0}>'
+FILE = '<image name="i" type="color3"><input name="file" type="filename" value="{}" colorspace="srgb_texture"/></image>'
+
+
+def test_images_lie_below_a_folder_that_a_user_names(tmp_path: Path) -> None:
+    """As the document says, or as if its name began at the folder; nothing beyond the folder is read."""
+    documents, images = tmp_path / "project" / "documents", tmp_path / "project" / "images"
+    documents.mkdir(parents=True)
+    images.mkdir()
+    png(images / "a.png", grey(60))
+    png(tmp_path / "b.png", grey(60))
+    path = document(documents, FILE.format("../images/a.png") + WHITE.format("gltf_pbr", "base_color"))
+    with pytest.raises(InputError, match="outside its folder"):
+        open_path(path)
+    for search in (tmp_path / "project", images.parent, tmp_path):
+        found = open_material(path, search=search).pbr
+        assert found is not None
+        assert found.base_colour.mean() == pytest.approx(((60 / 255 + 0.055) / 1.055) ** 2.4, rel=1e-3)
+    path = document(documents, FILE.format("../../b.png") + WHITE.format("gltf_pbr", "base_color"))
+    with pytest.raises(InputError, match=r"b\.png"):
+        open_material(path, search=tmp_path / "project")
+
+
+def test_documents_that_a_document_includes_are_read(tmp_path: Path) -> None:
+    surface = '<gltf_pbr name="s" type="surfaceshader"><input name="roughness" type="float" value="0.25"/></gltf_pbr>'
+    (tmp_path / "other.mtlx").write_text(f'<materialx version="1.39">{surface}</materialx>')
+    include = '<xi:include xmlns:xi="http://www.w3.org/2001/XInclude" href="{}"/>'
+    found = open_path(document(tmp_path, include.format("other.mtlx")))
+    assert float(found[0].roughness.mean()) == pytest.approx(0.25)
+    with pytest.raises(InputError, match=r"none\.mtlx"):
+        open_path(document(tmp_path, include.format("none.mtlx")))
+
+
+def test_examples_of_materialx_open_where_their_images_are_there(shared_data: Callable[[str], Path]) -> None:
+    """45 of 50: four name images that are not there, and one is of hair."""
+    examples = shared_data("materialx_examples")
+    refused = {}
+    for path in sorted(examples.rglob("*.mtlx")):
+        try:
+            describe(path, search=examples)
+        except InputError as error:
+            refused[path.stem] = error.problem
+    assert refused.pop("simple_hair_default") == "has no surface that is read"
+    assert all("beside it, which does not exist" in problem for problem in refused.values())
+    assert len(refused) == 4
