@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from engine.core.colour import ACESCG, REC_2020
+from engine.core.colour import ACESCG, REC_2020, SRGB_FROM_XYZ
 from engine.images.colour_space import (
     ADOBE_RGB,
     LINEAR_CURVE,
@@ -48,6 +48,7 @@ SPACES: Mapping[str, ColourSpace] = MappingProxyType(
         **_spaces(LINEAR_CURVE, linear_space(REC_2020.chromaticities).matrix, "lin_rec2020", "lin_rec2020_scene"),
         **_spaces(LINEAR_CURVE, _P3, "lin_displayp3", "lin_p3d65", "lin_p3d65_scene"),
         **_spaces(SRGB_CURVE, _P3, "srgb_displayp3", "srgb_p3d65_scene"),
+        **_spaces(LINEAR_CURVE, SRGB_FROM_XYZ, "lin_ciexyzd65_scene", "lin_ciexyzd65_display", "lin_ciexyzd65"),
         **_spaces(LINEAR_CURVE, ADOBE_RGB.matrix, "lin_adobergb", "lin_adobergb_scene"),
         **_spaces(ADOBE_RGB.curves[0], ADOBE_RGB.matrix, "adobergb", "g22_adobergb_scene"),
     }
