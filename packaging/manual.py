@@ -3,11 +3,11 @@
     python3 packaging/dev.py manual
     .venv/bin/python packaging/manual.py FOLDER
 
-The sources are `docs/manual`, the pages of the panels in `resources/manual`, which the window shows as well, and
-`docs/format.md`. The pages of the verbs, of the settings, of the functions of `lightarc` and of where the papers are
-implemented are written from the declarations. All lie together in FOLDER/source while Sphinx reads them; the result
-is FOLDER/html. A warning of Sphinx, a link that leads nowhere among them, ends the build. Nothing is fetched from
-elsewhere. Without FOLDER it is `build/manual`, from which a wheel takes the pages.
+The sources are `docs/manual`, the pages of the panels in `resources/manual`, which the window shows as well,
+`docs/format.md` and `docs/campaigns.md`. The pages of the verbs, of the settings, of the functions of `lightarc` and of
+where the papers are implemented are written from the declarations. All lie together in FOLDER/source while Sphinx reads
+them; the result is FOLDER/html. A warning of Sphinx, a link that leads nowhere among them, ends the build. Nothing is
+fetched from elsewhere. Without FOLDER it is `build/manual`, from which a wheel takes the pages.
 """
 
 from __future__ import annotations
@@ -93,6 +93,7 @@ def written_pages() -> dict[Path, str]:
     }
     for name in ("format.md", "manifest.schema.json"):
         pages[Path("reference", name)] = (docs / name).read_text(encoding="utf-8")
+    pages[Path("campaigns.md")] = (docs / "campaigns.md").read_text(encoding="utf-8")
     for path in (PROJECT / "resources" / "manual").glob("*.md"):
         pages[Path("reference", "workspaces", path.name)] = with_anchors(path)
     return pages

@@ -130,16 +130,6 @@ class Gallery:
         show()
         settle(OPENING_S + 0.1)
 
-    def readme(self, window: MainWindow, path: Path) -> None:
-        """The image at the top of the README."""
-        with_work(window)
-        window.set_theme("dark")
-        window.resize(1280, 800)
-        window.show_workspace("view")
-        rest(window, PATIENCE_S)
-        if not window.grab().save(str(path)):
-            raise SystemExit(f"{path} cannot be written")
-
 
 def rest(window: MainWindow, refining_s: float = REFINING_S) -> None:
     """Run the event loop until the small jobs are over and the image has come to rest, or long enough."""

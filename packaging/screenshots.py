@@ -1,16 +1,14 @@
 """Drives the real window over the built-in sample and saves an image of every workspace, dock, dialog and state.
 
     python packaging/screenshots.py FOLDER --sizes 1280x800 --themes dark --parts empty dialogs
-    python packaging/screenshots.py FOLDER --readme packaging/screenshots/view.png
 
 needs a display with OpenGL that is as large as the largest size (`Xvfb -screen 0 2600x1700x24` does). Without
 `--sizes`, `--themes` and `--parts` it takes all of them: 1024 × 700, 1280 × 720, 1280 × 800, 1920 × 1080,
 2560 × 1440, and 1280 × 800 at 200 % from a second process, each dark and light. The program starts once; what takes
 long is done once, and then seen in all sizes and themes. Images are named STATE-SIZE-THEME.png. `contact-sheet.png`
 has all images of the folder, small, with their names; `faults.txt` lists what `benchmarks.app.faults` finds in those
-of this run: text that is cut, overlapping widgets, faint text, controls without a name. `--readme`, which may be left
-out, also writes the image at the top of the README: the View workspace with the material on a model. The parts are in
-`packaging/screens.py`.
+of this run: text that is cut, overlapping widgets, faint text, controls without a name. The parts are in
+`packaging/screens.py`; images of the README and the manual are made by `packaging/manual_images.py`.
 """
 
 from __future__ import annotations
@@ -65,13 +63,12 @@ def main() -> int:
         "--themes", nargs="+", choices=THEMES, default=list(THEMES), metavar="THEME", help="dark, light"
     )
     parser.add_argument("--parts", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART", help=", ".join(PARTS))
-    parser.add_argument("--readme", type=Path, help="where the image of the README goes")
     options = parser.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
     doubled = os.environ.get(IS_DOUBLED) is not None
     sizes = [name for name in options.sizes if (name == DOUBLED) == doubled]
     faults: list[str] = []
-    if sizes or options.readme is not None:
+    if sizes:
         faults = drive(options, [Size(name.removesuffix("%"), *SIZES[name]) for name in sizes])
     if doubled:
         print(*faults, sep="\n")
@@ -106,8 +103,6 @@ def drive(options: argparse.Namespace, sizes: list[Size]) -> list[str]:
             begun, before = time.monotonic(), gallery.taken
             part(gallery, window)
             print(f"{name}: {gallery.taken - before} images in {time.monotonic() - begun:.0f} s", file=sys.stderr)
-    if options.readme is not None:
-        gallery.readme(window, options.readme)
     window.close()
     return gallery.faults
 

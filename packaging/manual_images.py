@@ -1,0 +1,125 @@
+"""Make the images of the README and the manual anew, from the real window and from the commands of the tutorials.
+
+    python packaging/manual_images.py [window] [tutorials]
+
+Without a choice it makes both. The window needs a display with OpenGL (`Xvfb -screen 0 1920x1080x24` does). Images lie
+in `docs/manual/images` as WebP of at most `MAX_BYTES`: the width of the page is what they are shown at.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from manual_commands import run_commands, run_step, tutorials
+from PIL import Image
+from PySide6.QtWidgets import QApplication
+from screens import PATIENCE_S, rest, wait_until, with_work
+
+from app.viewport.gl_surface import request_format
+from app.widgets import theme
+from app.window.main_window import MainWindow
+from benchmarks.app.filled import states
+from engine.capture.lights.sources import find
+
+IMAGES = Path(__file__).resolve().parents[1] / "docs" / "manual" / "images"
+MAX_BYTES = 150_000
+
+#: Width and height of the window, and the most pixels along a side of an image that a command has made.
+WINDOW_PX, IMAGE_PX = (1280, 800), 1000
+
+#: States of a window with work in it (`benchmarks.app.filled.states`), by the names of their images.
+STATES = {
+    "capture": "window-capture",
+    "material-slices": "window-material",
+    "material-surface": "window-surface",
+    "brdf-log": "window-brdf",
+    "factor-terms": "window-factor",
+    "view-baked": "window-view",
+    "view-wipe": "window-wipe",
+    "export-elsewhere": "window-export",
+}
+
+#: Files that the commands of a tutorial leave, and the images that are made of them.
+MADE = {
+    "first-material": {"woven.png": "woven"},
+}
+
+
+def main() -> int:
+    chosen = sys.argv[1:] or ["window", "tutorials"]
+    IMAGES.mkdir(exist_ok=True)
+    if "window" in chosen:
+        photograph_window()
+    if "tutorials" in chosen:
+        keep_results()
+    return 0
+
+
+def photograph_window() -> None:
+    """The window on its start page, in every workspace with the sample, and with the photographs of a dome."""
+    request_format()
+    application = QApplication([])
+    theme.apply(application, "dark")
+    window = MainWindow(None)
+    window.show()
+    window.set_theme("dark")
+    window.resize(*WINDOW_PX)
+    window.show_start()
+    keep(window, "window-start")
+    with_work(window)
+    for name in states(window):
+        if name in STATES:
+            keep(window, STATES[name])
+    with tempfile.TemporaryDirectory() as folder:
+        show_dome(window, Path(folder) / "dome")
+        window.close()
+
+
+def show_dome(window: MainWindow, photographs: Path) -> None:
+    """A medal under a dome of lamps, imported into a new project, with the normals of its surface."""
+    run_step(f"lightarc simulate -o {photographs} --sample medal --azimuths 8 --elevations 4 --size 256", Path())
+    window.new()
+    window.bench.import_photographs(find([photographs]), name="Medal")
+    wait_until(lambda: window.bench.document.project.has_map and not window.bench.jobs.active)
+    window.show_workspace("material")
+    window.material.show_page("surface")
+    window.material.surface.make.click()
+    wait_until(lambda: window.bench.document.project.surface is not None and not window.bench.jobs.active)
+    keep(window, "window-dome")
+
+
+def keep(window: MainWindow, name: str) -> None:
+    rest(window, PATIENCE_S)
+    path = IMAGES / f"{name}.png"
+    window.grab().save(str(path))
+    compress(path, IMAGES / f"{name}.webp", max(WINDOW_PX))
+    path.unlink()
+
+
+def keep_results() -> None:
+    """Run the commands of all tutorials that leave images, and keep these."""
+    for page in tutorials():
+        if page.stem in MADE:
+            with tempfile.TemporaryDirectory() as folder:
+                run_commands(page, Path(folder))
+                for source, name in MADE[page.stem].items():
+                    compress(Path(folder) / source, IMAGES / f"{name}.webp", IMAGE_PX)
+
+
+def compress(source: Path, target: Path, most_px: int) -> None:
+    """Write `source` as WebP, no larger than `most_px`, as well as `MAX_BYTES` allow."""
+    with Image.open(source) as image:
+        small = image.convert("RGBA" if "A" in image.getbands() else "RGB")
+        small.thumbnail((most_px, most_px), Image.Resampling.LANCZOS)
+        for quality in range(85, 20, -10):
+            small.save(target, quality=quality, method=6)
+            if target.stat().st_size <= MAX_BYTES:
+                return
+
+
+if __name__ == "__main__":
+    sys.exit(main())
