@@ -248,7 +248,7 @@ def as_image(image: object) -> tuple[NDArray[np.float32], bool]:
     if is_path(image) or is_file_object(image):
         with on_disk(image, ".png") as path:
             found = read_image(path)
-        return found.pixels, found.container not in ("EXR", "HDR")
+        return found.pixels, found.container not in ("EXR", "HDR", "PFM")
     array = np.asarray(image)
     if array.ndim == 2:
         array = np.repeat(array[..., None], 3, axis=2)

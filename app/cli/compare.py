@@ -80,7 +80,7 @@ def report(result: dict[str, Any]) -> str:
 
 
 def _is_radiance(image: Image) -> bool:
-    return image.container in ("EXR", "HDR")
+    return image.container in ("EXR", "HDR", "PFM")
 
 
 def _valid(*images: Image) -> NDArray[np.bool_]:

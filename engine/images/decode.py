@@ -35,7 +35,7 @@ Coding = Literal["srgb", "linear", "profile"]
 _MIN_LOST_SHARE = 64
 
 #: Files whose readers know how many rows there should be; a model in front of nothing leaves black ones in them.
-_COUNTED = ("EXR", "HDR")
+_COUNTED = ("EXR", "HDR", "PFM")
 
 #: Pixels of which the double precision is in memory at once.
 _BLOCK_PIXELS = 1 << 20
@@ -119,6 +119,8 @@ _OTHERS = (
     (b"version https://git-lfs", "is a Git LFS pointer, not the image itself", "Run 'git lfs pull' where it lies"),
     (b"%PDF", "is a PDF document", "Export its images as TIFF or PNG"),
     (b"GIF8", "is a GIF", "Save it as PNG"),
+    (b"\xabKTX ", "is a KTX texture", "Convert it to PNG, with ktx extract for one"),
+    (b"DDS ", "is a DDS texture", "Convert it to PNG"),
     (b"BM", "is a BMP image", "Save it as PNG"),
     (b"PK\3\4", "is a zip archive", "Unpack it first"),
     (b"<", "is a text or web page", "Download the image itself"),

@@ -248,7 +248,7 @@ def _health(
         texts.append(_replace(broken, "not finite"))
     if unreached:
         texts.append(f"{unreached} values lie more than {REACH} texels inside damaged areas and are black")
-    if image.container not in ("EXR", "HDR") and repaired.max() <= 1.0:
+    if image.container not in ("EXR", "HDR", "PFM") and repaired.max() <= 1.0:
         texts.append(f"a {image.container} that holds no radiance above 1: lamps and the sun are far too dark in it")
     if not repaired.any():
         texts.append("the environment is black")

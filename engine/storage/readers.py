@@ -95,6 +95,14 @@ _OWN: tuple[Reader, ...] = (
     ),
     Reader(
         "image",
+        "PFM",
+        "engine.images.pfm:read_pfm",
+        (".pfm",),
+        signatures=(b"PF\n", b"Pf\n", b"PF\r", b"Pf\r"),
+        of_radiance=True,
+    ),
+    Reader(
+        "image",
         "TIFF",
         "engine.images.tiff:read_tiff",
         (".tif", ".tiff"),

@@ -1,9 +1,9 @@
 """MERL BRDF files (Matusik2003): 90 × 90 × 180 bins of half and difference angles, read and written.
 
-Three little-endian int32 (90, 90, 180), then the planes R, G, B as float64, theta_h outermost, phi_d innermost. An
-entry times 1/1500, 1.15/1500, 1.66/1500 is in sr⁻¹. theta_h lies on a square-root scale, phi_d in [0, π). A bin where
-any channel is negative is missing: it is counted and filled (`engine.brdf.table`), and never used as a number. RGB is
-taken as linear sRGB. What was read is written again byte for byte; values of other origin come back from the file
+Files of other numbers of bins, on the same scales, are read too. Three little-endian int32 (90, 90, 180), then the
+planes R, G, B as float64, theta_h outermost, phi_d innermost. An entry times 1/1500, 1.15/1500, 1.66/1500 is in sr⁻¹.
+theta_h lies on a square-root scale, phi_d in [0, π). A bin where any channel is negative is missing: it is counted and
+filled (`engine.brdf.table`), and never used as a number. RGB is taken as linear sRGB. What was read is written again byte for byte; values of other origin come back from the file
 within one unit in the last place of float64 (the scales have no exact inverse), and missing bins are written as −1.
 """
 
@@ -30,15 +30,29 @@ SCALE = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
 _HEADER = np.array(SHAPE, "<i4").tobytes()
 SIZE_BYTES = len(_HEADER) + 3 * 8 * int(np.prod(SHAPE))
 
+#: Fewest and most bins of an angle.
+_FEWEST, _MOST = 4, 2048
+
 
 def looks_like_merl(head: bytes, size_bytes: int, name: str) -> bool:
     """Its header, also with bytes swapped, its exact size, or its customary name where the content is not text."""
     swapped = np.array(SHAPE, ">i4").tobytes()
     return (
         head[:12] in (_HEADER, swapped)
-        or size_bytes == SIZE_BYTES
+        or size_bytes in (SIZE_BYTES, _size_bytes(_dimensions(head)))
         or (name.lower().endswith(".binary") and (b"\0" in head or not head.isascii()))
     )
+
+
+def _dimensions(head: bytes) -> tuple[int, ...]:
+    return tuple(int(number) for number in np.frombuffer(head[: len(head) // 4 * 4][:12], "<i4"))
+
+
+def _size_bytes(dimensions: tuple[int, ...]) -> int:
+    """Bytes of a file of so many bins; −1 for numbers that no file has."""
+    if len(dimensions) < 3 or not all(_FEWEST <= each <= _MOST for each in dimensions):
+        return -1
+    return len(_HEADER) + 3 * 8 * int(np.prod(dimensions))
 
 
 def read_merl(path: str | os.PathLike[str]) -> HalfDifferenceTable:
@@ -46,8 +60,9 @@ def read_merl(path: str | os.PathLike[str]) -> HalfDifferenceTable:
     _check_header(path, *read_head(path, 12))
     content = read_bytes(path, FILE_LIMIT_BYTES)
     _check_header(path, content[:12], len(content))
-    planes = np.frombuffer(content, "<f8", offset=12).reshape(3, *SHAPE)
-    values = np.empty((*SHAPE, 3))
+    shape = _dimensions(content)
+    planes = np.frombuffer(content, "<f8", offset=12).reshape(3, *shape)
+    values = np.empty((*shape, 3))
     with np.errstate(all="ignore"):
         for c in range(3):
             np.multiply(planes[c], SCALE[c], out=values[..., c])
@@ -63,16 +78,17 @@ def read_merl(path: str | os.PathLike[str]) -> HalfDifferenceTable:
 def _check_header(path: str | os.PathLike[str], head: bytes, size_bytes: int) -> None:
     if len(head) < 12:
         raise InputError(path, f"has only {len(head)} bytes, too few for a MERL table", AGAIN)
-    dimensions = tuple(int(n) for n in np.frombuffer(head, "<i4", 3))
+    dimensions = _dimensions(head)
     if tuple(int(n) for n in np.frombuffer(head, ">i4", 3)) == SHAPE:
         raise InputError(path, "looks big-endian: its bytes are swapped", "Convert it to little-endian MERL data")
-    if dimensions != SHAPE:
-        shown = " × ".join(map(str, dimensions))
+    shown = " × ".join(map(str, dimensions))
+    wanted = _size_bytes(dimensions)
+    if wanted < 0:
         raise InputError(
             path, f"states {shown} bins where a MERL table has 90 × 90 × 180", "Give a MERL file as published"
         )
-    if size_bytes != SIZE_BYTES:
-        raise InputError(path, f"has {size_bytes:,} bytes where a MERL table has {SIZE_BYTES:,}", AGAIN)
+    if size_bytes != wanted:
+        raise InputError(path, f"has {size_bytes:,} bytes where a MERL table has {wanted:,}", AGAIN)
 
 
 def write_merl(path: str | os.PathLike[str], brdf: Brdf) -> HalfDifferenceTable:

@@ -8,6 +8,7 @@ makes smooth. Text is read in the decoder child (`engine.brdf.readers.samples_ch
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from typing import Any, Protocol, TypeGuard
 
@@ -69,8 +70,50 @@ def read_measurement(path: str | os.PathLike[str]) -> Any:
     reader = find_reader("brdf", head, size_bytes, source.name)
     if reader is not None:
         return read_samples(reader, path) if reader.confined else load(reader.decode)(path)
+    refuse_others(path, head)
     titles = ", ".join(known.title for known in readers("brdf"))
     raise InputError(path, "is not a measured BRDF of a known format", f"These are read: {titles}")
+
+
+#: First bytes, or words near the beginning, of files that measure reflectance otherwise, and what to say of them.
+_OTHERS = (
+    (
+        re.compile(rb"<WindowElement\b|<DataDefinition>\s{0,99}<IncidentDataStructure>"),
+        "is a BSDF of a window system in XML (WINDOW, Radiance), by Klems' patches or a tensor tree",
+        "Sample it with Radiance's bsdfquery into a table of angles and colours (.csv)",
+    ),
+    (
+        re.compile(
+            rb"\A(?:#[^\n]{0,200}\n){0,50}Source\s{1,20}(?:Measured|Calculated)\b.{0,2000}?ScatterType", re.DOTALL
+        ),
+        "is a BSDF of Zemax",
+        "Write its values as a table of angles and colours (.csv)",
+    ),
+    (
+        re.compile(rb"\A\x89HDF\r\n\x1a\n"),
+        "is an AxF file of X-Rite, or another of HDF5",
+        "Export its maps as PBR textures, or its BRDF as a table, with the program that it comes from",
+    ),
+)
+
+#: Endings of such files, where the first bytes do not tell.
+_OTHER_SUFFIXES = {
+    ".axf": _OTHERS[2][1:],
+    ".btf": (
+        "is a bidirectional texture function (BTF)",
+        "Export its maps as PBR textures, or its images as a capture",
+    ),
+}
+
+
+def refuse_others(path: Path, head: bytes) -> None:
+    """InputError, by name, for a file of reflectance that is not read; `head` are its first bytes."""
+    for words, problem, remedy in _OTHERS:
+        if words.search(head):
+            raise InputError(path, problem + ", which is not read", remedy)
+    if path.suffix.lower() in _OTHER_SUFFIXES:
+        problem, remedy = _OTHER_SUFFIXES[path.suffix.lower()]
+        raise InputError(path, problem + ", which is not read", remedy)
 
 
 def read_brdf(path: str | os.PathLike[str]) -> MeasuredBrdf:

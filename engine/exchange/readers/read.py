@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 
+from engine.brdf.readers.read import refuse_others
 from engine.bundle.bundle import open_bundle
 from engine.core.errors import InputError
 from engine.core.health import Finding, Verdict
@@ -139,9 +140,12 @@ def _images(described: Described) -> int:
 
 
 def _refuse_others(path: Path) -> None:
-    """InputError for a layer of USD, by its first bytes, and for what is named for RTI and is not."""
+    """InputError for a layer of USD, by its first bytes, for what is named for RTI and is not, and for measurements of
+    another kind."""
     if path.is_file() and read_head(path, 8)[0].startswith((b"#usda", b"PXR-USDC")):
         raise InputError(path, "is a layer of USD, which is not read", "Export its material as .mtlx, .glb or .usdz")
+    if path.is_file():
+        refuse_others(path, read_head(path, _HEAD_BYTES)[0])
     if path.is_file() and path.suffix.lower() in (".ptm", ".rti"):
         raise InputError(path, "is not a PTM or HSH file", "Give a file that begins with PTM_1.2 or #HSH1.2")
 

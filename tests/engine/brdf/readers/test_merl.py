@@ -16,7 +16,7 @@ from engine.brdf.half_difference import half_difference
 from engine.brdf.models.microfacet import Ggx
 from engine.brdf.readers.merl import SCALE, SHAPE, SIZE_BYTES, read_merl, write_merl
 from engine.brdf.readers.read import open_brdf, read_brdf
-from engine.brdf.resample import random_pairs
+from engine.brdf.resample import random_pairs, table_from
 from engine.brdf.table import RULE, HalfDifferenceTable, bin_centres, bin_directions
 from engine.core.errors import InputError
 from tests.engine.brdf.test_half_difference import random_directions
@@ -187,6 +187,15 @@ def test_fault_7_a_wrong_file_is_refused_with_the_reason(tmp_path: Path, content
         read_brdf(path)
     assert message in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_a_table_of_other_numbers_of_bins_is_read(tmp_path: Path) -> None:
+    coarse = table_from(Ggx(alpha=0.5), (24, 18, 36))
+    planes = np.stack([coarse.values[..., c] / SCALE[c] for c in range(3)])
+    path = tmp_path / "coarse.binary"
+    path.write_bytes(content_of(planes, (24, 18, 36)))
+    wi, wo = random_directions(200, 2), random_directions(200, 3)
+    assert read_merl(path).f(wi, wo) == pytest.approx(coarse.f(wi, wo), rel=1e-6)
 
 
 def test_the_name_alone_makes_no_table(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import pytest
 from engine.brdf.models.microfacet import Ggx
 from engine.brdf.readers.read import open_brdf, read_brdf
 from engine.core.errors import InputError
+from engine.exchange.readers.read import open_material
 
 
 def test_a_text_names_a_model() -> None:
@@ -50,3 +51,20 @@ def test_a_folder_and_an_empty_file_are_refused(tmp_path: Path) -> None:
 def test_fault_7_a_pointer_of_git_lfs_is_named(shared_data: Callable[[str], Path]) -> None:
     with pytest.raises(InputError, match=r"is a git-lfs pointer, not the data. Fetch the data with `git lfs pull`\.$"):
         read_brdf(shared_data("brdf/merl_lfs_pointers/gold-metallic-paint.binary"))
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("a.xml", b'<?xml version="1.0"?>\n<WindowElement xmlns="http://windows.lbl.gov">', "window system"),
+        ("a.bsdf", b"#BSDF\nSource  Measured\nSymmetry  PlaneSymmetrical\nScatterType  BRDF\n", "Zemax"),
+        ("a.axf", b"\x89HDF\r\n\x1a\n" + bytes(64), "AxF"),
+        ("a.btf", b"BTFF" + bytes(64), "bidirectional texture function"),
+    ],
+)
+def test_measurements_of_other_kinds_are_refused_by_name(tmp_path: Path, name: str, content: bytes, words: str) -> None:
+    path = tmp_path / name
+    path.write_bytes(content)
+    for read in (read_brdf, open_material):
+        with pytest.raises(InputError, match=words):
+            read(path)
