@@ -32,6 +32,7 @@ from engine.core.health import Finding, Health, Verdict
 from engine.images.decode import Image, read_image, refuse_larger
 from engine.light.cube_map import CubeMap, environment_of, texels_beside
 from engine.light.environment import EnvironmentMap
+from engine.light.probe import FORMS, unfold, within_circle
 from engine.light.sky import SKIES, make_built_in
 
 #: Row and column of +X −X +Y −Y +Z −Z in each layout, by (rows, columns).
@@ -152,32 +153,44 @@ NOT_EQUIRECTANGULAR = (
 
 
 def open_environment(name: str | os.PathLike[str]) -> EnvironmentMap:
-    """A built-in map by its name, or the file at that path; InputError says what is wrong with a file."""
+    """A built-in map by its name, or the file at that path; InputError says what is wrong with a file.
+
+    `ball:FILE` is a photograph of a mirror ball, `angular:FILE` an angular map (`engine.light.probe`).
+    """
     if os.fspath(name) in SKIES:
         return make_built_in(os.fspath(name))
+    form, _, file = os.fspath(name).partition(":")
+    if form in FORMS and not Path(name).exists():
+        return read_environment(file, form)
     if not Path(name).exists() and "." not in Path(name).name:
         known = ", ".join(SKIES)
         raise InputError(name, "is neither a file nor a built-in environment", f"The built-in ones are {known}")
     return read_environment(name)
 
 
-def read_environment(path: str | os.PathLike[str]) -> EnvironmentMap:
+def read_environment(path: str | os.PathLike[str], form: str = "") -> EnvironmentMap:
     """Read an equirectangular image or a cube map (.hdr, .exr, others with a warning); cost as `read_image`.
 
-    A cube map of edge N becomes 4 N × 2 N texels. Neighbours across its edges do not help in repairs.
+    A cube map of edge N becomes 4 N × 2 N texels. Neighbours across its edges do not help in repairs. A square image
+    of a `form` of `engine.light.probe`, cut at the rim of its circle, of N × N pixels becomes N × N / 2 texels.
     """
     image = read_image(path, clamp_infinite=True)
     refuse_larger(path, image.pixels)
     height, width = image.pixels.shape[:2]
-    layout = cube_layout(image.pixels, image.environment)
-    if layout is None and width != 2 * height:
+    if form and width != height:
+        raise InputError(path, f"is {width} × {height} texels, and such an image is square", "Cut it at the rim")
+    layout = None if form else cube_layout(image.pixels, image.environment)
+    if layout is None and not form and width != 2 * height:
         raise InputError(path, f"is {width} × {height} texels, {_layout(width, height)}", NOT_EQUIRECTANGULAR)
     broken = image.saturated & ~image.pixels.any(axis=2)  # what is not finite is masked, and 0
     bad = broken[..., None] | (image.pixels < 0)
     if bad.all():
         raise InputError(path, "holds no usable radiance: every texel is negative or not finite", "Export it again")
     if layout is None:
-        repaired, unreached = repair(image.pixels, bad)
+        if form:
+            bad &= within_circle(height)[..., None]
+        repaired, unreached = repair(image.pixels, bad, around=not form)
+        repaired = unfold(repaired, form) if form else repaired
         return EnvironmentMap(repaired, Path(path).name, _health(image, broken, bad, unreached, repaired))
     faces = [repair(*both, around=False) for both in zip(layout.cut(image.pixels), layout.cut(bad), strict=True)]
     radiance, said = layout.faces(np.stack([face for face, _ in faces]))
@@ -196,7 +209,11 @@ def _layout(width: int, height: int) -> str:
         return "a photograph, or a cube map laid out as a cross whose empty corners are not empty"
     if 2 * long == 3 * short:
         return "perhaps a cube map in two rows of faces, or a photograph"
-    return "square, as mirror-ball and angular maps are" if long == short else "not an equirectangular map"
+    return (
+        "square, as mirror balls (--env ball:FILE) and angular maps (--env angular:FILE) are"
+        if long == short
+        else "not an equirectangular map"
+    )
 
 
 def repair(

@@ -120,7 +120,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--env",
         type=Input(reach="file"),
         metavar="FILE",
-        help="environment in place of the light: an equirectangular .hdr or .exr, or one of studio, sky, noon, "
+        help="environment in place of the light: an equirectangular .hdr, .exr or .pfm, ball:FILE or "
+        "angular:FILE for a mirror ball or an angular map, or one of studio, sky, noon, "
         "afternoon, evening, sunset, overcast, softboxes, ring-light, strip-lights, window",
     )
     parser.add_argument(

@@ -3,8 +3,9 @@
 Files of other numbers of bins, on the same scales, are read too. Three little-endian int32 (90, 90, 180), then the
 planes R, G, B as float64, theta_h outermost, phi_d innermost. An entry times 1/1500, 1.15/1500, 1.66/1500 is in sr⁻¹.
 theta_h lies on a square-root scale, phi_d in [0, π). A bin where any channel is negative is missing: it is counted and
-filled (`engine.brdf.table`), and never used as a number. RGB is taken as linear sRGB. What was read is written again byte for byte; values of other origin come back from the file
-within one unit in the last place of float64 (the scales have no exact inverse), and missing bins are written as −1.
+filled (`engine.brdf.table`), and never used as a number. RGB is taken as linear sRGB. What was read is written again
+byte for byte; values of other origin come back from the file within one unit in the last place of float64 (the scales
+have no exact inverse), and missing bins are written as −1.
 """
 
 from __future__ import annotations
