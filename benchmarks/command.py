@@ -166,6 +166,7 @@ ACCURACIES = {
     "hex-tiling": "benchmarks.tiling:hex_tiling",
     "transport-errors": "benchmarks.transport.wavelet:transport_errors",
     "reuse": "benchmarks.transport.reuse:reuse",
+    "transport-sizes": "benchmarks.transport.sizes:transport_sizes",
     "cost-model": "benchmarks.transport.plan:cost_model",
     "gaussian-fit-quality": "benchmarks.transport.gaussian_fit:gaussian_fit_quality",
     "gaussian-errors": "benchmarks.transport.gaussian_bake:gaussian_errors",

@@ -32,6 +32,7 @@ from engine.core.steps import Step, Steps, part
 from engine.geometry.ray_caster import RayCaster
 from engine.planning.costs.setting import Setting
 from engine.scene.scene import Scene
+from engine.transport.baking.file_header import packed_bytes
 from engine.transport.baking.visibility import Receivers, receivers
 from engine.transport.method import Subject, method_of, methods_with
 from engine.transport.relight import RelightTransport, light_of
@@ -56,6 +57,7 @@ class Bake:
     bake_s: float
     memory_bytes: int
     size_bytes: int
+    another_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,11 @@ class _Rays:
         """Seconds of a bake of all vertices, from those that are done."""
         more = len(self.of) / self.done
         rays = float(np.count_nonzero(~self.of.free)) / self.asked if self.asked else more
-        return self.ready_s + member.own_s + rays * self.cast_s + more * member.made_s
+        return self.ready_s + rays * self.cast_s + self.another_s(member)
+
+    def another_s(self, member: _Member) -> float:
+        """Seconds of a bake of another BRDF, which casts no ray."""
+        return member.own_s + len(self.of) / self.done * member.made_s
 
 
 def settings_of(setting: Setting) -> Any:
@@ -253,9 +259,17 @@ def _finish(member: _Member, rays: _Rays) -> Bake:
     member.parts.clear()
     sharing = _sharing(member.setting)
     transport = sharing.assemble(work, _for_all(some, rays, work.ground_vertex, sharing.rows_of(work)))
-    taken_s = rays.bake_s(member) + time.perf_counter() - before
+    joined_s = time.perf_counter() - before
+    taken_s, another_s = rays.bake_s(member) + joined_s, rays.another_s(member) + joined_s
     memory = sum(array.nbytes for array in method_of(member.setting.mode).baking.hold(transport))
-    return Bake(member.setting, transport, taken_s, memory, int(work.size_bytes))
+    return Bake(
+        member.setting,
+        transport,
+        taken_s,
+        memory,
+        packed_bytes(member.setting.mode, work.size_bytes),
+        _another_s(member.setting, transport, taken_s, another_s),
+    )
 
 
 def _for_all(some: Mapping[str, NDArray[Any]], rays: _Rays, first: int, rows: int) -> Mapping[str, NDArray[Any]]:
@@ -292,7 +306,15 @@ def bake_alone(
         transport = baking.complete(made.transport, whole, chosen)
     taken_s = made.bake_s * vertices / work.vertices
     memory = sum(array.nbytes for array in baking.hold(transport))
-    return [Bake(setting, transport, taken_s, memory, whole.size_bytes)], []
+    another_s = _another_s(setting, transport, taken_s, taken_s * (1.0 - made.visibility_s / made.bake_s))
+    return [Bake(setting, transport, taken_s, memory, packed_bytes(setting.mode, whole.size_bytes), another_s)], []
+
+
+def _another_s(setting: Setting, transport: Any, bake_s: float, without_rays_s: float) -> float | None:
+    """Seconds of a bake of another BRDF: all of it with interreflection, none where the bake takes any BRDF."""
+    if not method_of(setting.mode).baking.why_baked_for_one(transport):
+        return None
+    return bake_s if setting.parameters.get("interreflection") else without_rays_s
 
 
 def relight_transport(bake: Bake, scene: Scene) -> RelightTransport:

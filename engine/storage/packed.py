@@ -129,8 +129,8 @@ def _pack(chunk: NDArray[np.uint8], item_bytes: int) -> tuple[bytes, bytes, int]
     method = _PLAIN
     if 1 < item_bytes <= 8 and len(chunk) % item_bytes == 0:
         tried = chunk[len(chunk) // 2 // item_bytes * item_bytes :][: _TRIED_BYTES // item_bytes * item_bytes]
-        method = _GROUPED if len(_zstd(_group(tried, item_bytes))) < len(_zstd(tried)) else _PLAIN
-    packed = _zstd(_group(chunk, item_bytes) if method == _GROUPED else chunk)
+        method = _GROUPED if len(_zstd(group(tried, item_bytes))) < len(_zstd(tried)) else _PLAIN
+    packed = _zstd(group(chunk, item_bytes) if method == _GROUPED else chunk)
     if len(packed) >= len(chunk):
         packed, method = chunk.tobytes(), _STORED
     return packed, _ROW.pack(len(packed), zlib.crc32(chunk.data), method), len(chunk)
@@ -156,10 +156,10 @@ def _unpack(packed: bytes, method: int, size: int, item_bytes: int) -> NDArray[n
             return None
     except imagecodecs.ZstdError:
         return None
-    return _ungroup(content, item_bytes) if method == _GROUPED else content
+    return ungroup(content, item_bytes) if method == _GROUPED else content
 
 
-def _group(chunk: NDArray[np.uint8], item_bytes: int) -> NDArray[np.uint8]:
+def group(chunk: NDArray[np.uint8], item_bytes: int) -> NDArray[np.uint8]:
     """The first bytes of all numbers, then the second bytes, and so on."""
     import cv2
 
@@ -167,7 +167,7 @@ def _group(chunk: NDArray[np.uint8], item_bytes: int) -> NDArray[np.uint8]:
     return np.concatenate(planes).reshape(-1)
 
 
-def _ungroup(chunk: NDArray[np.uint8], item_bytes: int) -> NDArray[np.uint8]:
+def ungroup(chunk: NDArray[np.uint8], item_bytes: int) -> NDArray[np.uint8]:
     import cv2
 
     merged: NDArray[np.uint8] = cv2.merge(list(chunk.reshape(item_bytes, -1, 1))).reshape(-1)

@@ -129,7 +129,6 @@ def figures(work: gaussian_bake.Work, baked: gaussian_bake.Baked, _prepared_s: f
     words = [f"{flipped:,.0f} pairs of neighbours disagree on which Gaussian is which."] if flipped else []
     alone = "No light between parts of the model; --indirect adds it."
     return {
-        "size_bytes": baked.file.size_bytes,
         "matt_s": baked.diffuse_s,
         **baked.figures,
         "skipped": [] if work.settings.indirect else [alone],

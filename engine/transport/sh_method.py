@@ -20,7 +20,7 @@ from engine.factor.factor_file import open_reflectance
 from engine.geometry.camera import Vector
 from engine.light.environment import EnvironmentMap
 from engine.transport.baking.file import TransportFile
-from engine.transport.baking.radiance_error import error_lines, error_record
+from engine.transport.baking.radiance_error import error_lines, error_record, rounding_lines
 from engine.transport.baking.settings import BOUNCES, ERROR_VERTICES, ShLight, ShSettings
 from engine.transport.baking.spatially_varying import variation_from_text, variation_to_text
 from engine.transport.baking.visibility import Receivers, receivers
@@ -32,7 +32,14 @@ from engine.transport.sh.brdf_table_varying import VariedTable, table_of, tables
 from engine.transport.sh.error import sh_error
 from engine.transport.sh.lighting import lamp_coefficients, project, turn_about_y
 from engine.transport.sh.near_light import TOLERANCE, near_light
-from engine.transport.sh.transfer import ShTransport, local_views, sum_signed_radiance, transfer, with_table
+from engine.transport.sh.transfer import (
+    ShTransport,
+    local_views,
+    rounding_error_rel,
+    sum_signed_radiance,
+    transfer,
+    with_table,
+)
 from engine.transport.shared_rays import Make
 
 estimate_s, transport_of, casts_rays = sh_bake.estimate_s, sh_bake.transport_of, sh_bake.casts_rays
@@ -107,6 +114,7 @@ def figures(work: sh_bake.Work, baked: sh_bake.Baked, prepared_s: float) -> dict
         "bounce_s": baked.bounce_s,
         "table_s": prepared_s,
         "table_error_rel": work.table.error_rel,
+        "rounding_error_rel": rounding_error(baked.file),
         **_vary(work),
         "stored": "vectors" if work.table.diffuse else "matrices",
         "skipped": skipped,
@@ -123,7 +131,7 @@ def _vary(work: sh_bake.Work) -> dict[str, Any]:
 
 def lines(result: dict[str, Any]) -> list[str]:
     """The error and the tables in sentences."""
-    found = error_lines(result)
+    found = [*error_lines(result), *rounding_lines(result)]
     if "tables" in result:
         grid = " × ".join(map(str, result["tables"]))
         found.append(
@@ -179,6 +187,7 @@ def illuminate(file: TransportFile, light: Light, asked: ShLight, brdf: str | No
         "order": transport.order,
         "interreflection": transport.interreflection,
         "table_error_rel": transport.table.error_rel,
+        "rounding_error_rel": rounding_error(file),
         "light_s": projected - before,
         "relight_s": time.perf_counter() - projected,
     }
@@ -189,6 +198,12 @@ def illuminate(file: TransportFile, light: Light, asked: ShLight, brdf: str | No
         "a higher order or --window rings less",
         _warnings(reported),
     )
+
+
+def rounding_error(file: TransportFile) -> float:
+    """The error of matrices by the step that they were rounded to, which vectors and older files do not have."""
+    step = 0.0 if file.settings["diffuse"] else float(file.settings.get("step", 0.0))
+    return rounding_error_rel(file.arrays["rows"], step)
 
 
 def _coefficients_at(

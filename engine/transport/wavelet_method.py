@@ -21,7 +21,7 @@ from engine.light.environment import EnvironmentMap
 from engine.transport.baking.blend import blend_from_text, mixture, together
 from engine.transport.baking.file import TransportFile
 from engine.transport.baking.occluder import occluder_error
-from engine.transport.baking.radiance_error import error_lines, error_record
+from engine.transport.baking.radiance_error import error_lines, error_record, rounding_lines
 from engine.transport.baking.settings import ERROR_VERTICES, WaveletLight, WaveletSettings
 from engine.transport.method import Relight, Subject
 from engine.transport.relight import Illuminated, Light, RelightWavelets
@@ -29,6 +29,7 @@ from engine.transport.shared_rays import Make, wavelet_maker
 from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.error import best_terms, wavelet_error
 from engine.transport.wavelet.lighting import Lighting, dark, lighting_of, tuples
+from engine.transport.wavelet.quantise import rounding_error_rel
 from engine.transport.wavelet.relight import Relighter
 from engine.transport.wavelet.transfer import WaveletTransport, radiance_from, remix, vectors_of
 
@@ -132,14 +133,20 @@ def figures(_work: wavelet_bake.Work, baked: wavelet_bake.Baked, _prepared_s: fl
     return {
         "vectors": baked.transport.rows,
         "coefficients_kept_mean": float(baked.transport.vectors.counts.mean()),
+        "rounding_error_rel": rounding_error(baked.file),
         "skipped": [],
         "warnings": [],
     }
 
 
+def rounding_error(file: TransportFile) -> float:
+    """The error of coefficients by the step that they were rounded to, which older files do not state."""
+    return rounding_error_rel(file.arrays["words"], file.arrays["peaks"], int(file.settings.get("step", 1)))
+
+
 def lines(result: dict[str, Any]) -> list[str]:
     """The errors in sentences."""
-    found = error_lines(result)
+    found = [*error_lines(result), *rounding_lines(result)]
     left_out = result.get("terms_not_stored", 0)
     if left_out:
         asked = left_out + result["knobs"]["terms"]
@@ -196,6 +203,7 @@ def illuminate(file: TransportFile, light: Light, asked: WaveletLight, _brdf: st
         "brdf": transport.factors.name,
         "terms": transport.factors.terms,
         "cube": transport.edge,
+        "rounding_error_rel": rounding_error(file),
         "light_coefficients": lighting.light.kept,
         "light_rmse_rel": lighting.light.rmse_rel,
         "sky_energy_error_rel": lighting.light.energy_error_rel,

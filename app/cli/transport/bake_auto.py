@@ -75,6 +75,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         arguments,
         show,
         ready.work,
+        found.mode,
         lambda: ready.start(arguments.output),
         estimated_s=ready.estimated_s,
         parameters={**found.parameters, "chosen": found.mode, "fine": fine, "vary": arguments.vary},

@@ -22,6 +22,7 @@ from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.storage.resumable import discard_unfinished, find_unfinished
 from engine.transport.baking.check import BakeCheck, warnings_of_check
+from engine.transport.baking.file_header import packed_bytes
 from engine.transport.method import Baked, Subject, Work
 
 #: Share of the progress at which the bake ends and its check begins.
@@ -53,6 +54,7 @@ def carry_out(
     arguments: argparse.Namespace,
     show: Callable[[Step], None],
     work: Work,
+    kind: str,
     bake: Callable[[], Steps[Any]],
     *,
     estimated_s: float,
@@ -60,20 +62,21 @@ def carry_out(
     start: float,
     check: Callable[[Baked], Steps[BakeCheck | None]],
 ) -> tuple[Baked | None, dict[str, Any]]:
-    """Report the estimate of `bake`, run it, and return its outcome and the record that all modes share.
+    """Report the estimate of `bake` of a `kind`, run it, and return its outcome and the record that all modes share.
 
     The outcome is None where it was cancelled, and the record then all that there is to say. `start` is how much of
     the progress was shown before; `check` compares the bake with the reference and keeps the result in its file.
     With --restart nothing of an earlier bake is used, and nothing is left of this one.
     """
-    expected = f"{work.vertices:,} vertices, {size_text(work.size_bytes)}, about {time_text(estimated_s)}"
+    size = packed_bytes(kind, work.size_bytes)
+    expected = f"{work.vertices:,} vertices, about {size_text(size)} and {time_text(estimated_s)}"
     print(expected, file=sys.stderr, flush=True)
     parameters = {"mode": arguments.mode, "brdf": arguments.brdf, "ground_albedo": arguments.ground, **parameters}
     record = {
         "output": None,
         "vertices": work.vertices,
         "estimated_s": estimated_s,
-        "size_bytes": work.size_bytes,
+        "size_bytes": size,
         "knobs": parameters,
     }
     if arguments.restart:
@@ -95,6 +98,7 @@ def carry_out(
         **record,
         "check": None if checked is None else checked.model_dump(),
         "output": arguments.output,
+        "size_bytes": done.file.size_bytes,
         "faces": len(work.surface.faces),
         "bake_s": done.bake_s,
         "visibility_s": done.visibility_s,

@@ -28,7 +28,7 @@ LOBE_BYTES = 28
 
 @dataclass(frozen=True)
 class Sizes:
-    """Bytes of the file, and of mesh, transport, tables and the light in its rows in memory."""
+    """Bytes of the file before it is packed, and of mesh, transport, tables and the light in its rows in memory."""
 
     file: int
     memory: int

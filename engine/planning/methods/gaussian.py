@@ -19,6 +19,7 @@ from engine.planning.effects.mode_error import FLOOR, ModeErrors
 from engine.scene.mode import Spread
 from engine.transport import gaussian_method
 from engine.transport.baking.diffuse_specular import parts
+from engine.transport.baking.file_header import packed_bytes
 from engine.transport.baking.settings import BOUNCES, GaussianSettings
 from engine.transport.baking.visibility import every_ray
 from engine.transport.gaussian import bake as gaussian_bake
@@ -63,7 +64,14 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
     frame_s = model.frame_s("gaussian", lobes * (2 if bounces else 1), load)
     sizes = gaussians(setting, load)
     bake_s += model.rate("file-byte") * sizes.file
-    return Cost(bake_s, relight_s, frame_s, sizes.memory, sizes.file, bake_s if bounces else bake_s - rays_s)
+    return Cost(
+        bake_s,
+        relight_s,
+        frame_s,
+        sizes.memory,
+        packed_bytes("gaussian", sizes.file),
+        bake_s if bounces else bake_s - rays_s,
+    )
 
 
 def error(errors: ModeErrors, setting: Setting) -> float:

@@ -1,15 +1,22 @@
 """Transport files: what a bake finds for every vertex, in a file.
 
     8 bytes "LATRANS1", u32 length and u32 CRC-32 of the header (JSON in UTF-8), the header,
-    u64 for each chunk of rows: its CRC-32, and 2^32 on top once it is written; then a u32 CRC-32 of these numbers,
-    arrays, each from a multiple of 4096 bytes on, little-endian, in C order,
+    u64 for each chunk of rows: its CRC-32 and 2^32 on top; then a u32 CRC-32 of these numbers,
+    the blocks of all arrays, one after the other, each packed (`engine.transport.baking.packing`),
+    zeros, up to a thousandth of what the arrays take,
+    for each block u32 bytes and u32 CRC-32, u8 form and three u8 shifts; then a u32 CRC-32 of these numbers,
     a page of 4096 bytes for the check of the bake (`engine.transport.baking.check`), zero where there is none.
 
-Arrays are of two kinds. Whole ones are known when the bake begins: the mesh itself, factors of the BRDF, the
-bounds of the chunks. Streamed ones have one row for each thing that is baked, and chunks of rows arrive in any order.
+Arrays are little-endian and in C order, and of two kinds. Whole ones are known when the bake begins: the mesh itself,
+factors of the BRDF, the bounds of the chunks. Streamed ones have one row for each thing that is baked, and chunks of
+rows arrive in any order, so a bake writes them into an unfinished file in which every array has its place: its table
+begins at a multiple of 4096 bytes after the header, and so does each array; a table that is not finished has zeros.
 Everything before the first array depends only on what is baked, so a bake that was interrupted is known again by it,
-and goes on with the chunks that are missing or damaged (`engine.storage.resumable`). The size is known
-before the bake begins. Opening checks every byte once, about 1 s for a gigabyte.
+and goes on with the chunks that are missing or damaged (`engine.storage.resumable`). The size of the unfinished file is
+known before the bake begins. When all chunks are there, it is packed.
+
+Files of version 1, which are still read, are unfinished files that were finished: all arrays as they are, and the page
+for the check; the oldest have no page. Opening checks every byte once, about 1 s for a gigabyte.
 """
 
 from __future__ import annotations
@@ -18,11 +25,11 @@ import hashlib
 import os
 import zlib
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -30,6 +37,7 @@ from numpy.typing import DTypeLike, NDArray
 import engine
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Health
+from engine.core.side_by_side import side_by_side
 from engine.geometry.brushing import TEXTURE, Brushing, parse_brushing
 from engine.geometry.mesh import BACKS, Mesh
 from engine.storage.atomic import atomic_file
@@ -42,6 +50,8 @@ from engine.transport.baking.file_header import (
     MESH_ARRAYS,
     MESH_KINDS,
     PAGE,
+    RATIO_LIMIT,
+    VERSION,
     Array,
     Header,
     check_content,
@@ -53,6 +63,10 @@ from engine.transport.baking.file_header import (
     read_header,
 )
 from engine.transport.baking.file_header import REMEDY as REMEDY
+from engine.transport.baking.packing import BLOCK_ROW, pack_block, parts_of, unpacked_content_of
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
 
 #: Ending of the files' names.
 SUFFIX = ".transport"
@@ -66,7 +80,7 @@ class TransportPlan:
 
     Attributes
     ----------
-    size_bytes : of the whole file.
+    size_bytes : of the unfinished file, which is packed when it is complete.
     beginning : everything before the table of chunks.
     whole : the arrays that are known.
     """
@@ -92,7 +106,7 @@ class TransportFile:
     ----------
     kind : the method that it belongs to, "wavelet" or "sh".
     mesh : the surface that was baked, a ground included. settings : as the bake was asked for.
-    arrays : by name, without those of the mesh.
+    arrays : by name, without those of the mesh. size_bytes : of the file, packed as it is.
     check : the errors that were measured when the bake ended; None where they were not.
     """
 
@@ -200,14 +214,12 @@ class TransportWriter:
             rows[array.name] = np.frombuffer(data, array.dtype).reshape(stop - start, *array.shape[1:])
         return rows
 
-    def finish(self) -> None:
-        """Seal the table once every chunk is there."""
+    def finish(self, path: str | os.PathLike[str]) -> None:
+        """Pack what was written, once every chunk is there, into the file `path`."""
         if not (self._table & np.uint64(DONE)).all():
             raise ValueError("chunks are missing")
-        if has_check(self._plan.header):  # a bake that goes on may have found anything there
-            self._output.write_at(self._plan.size_bytes - PAGE, bytes(PAGE))
-        end = self._plan.header.table_offset + 8 * self._plan.chunks
-        self._output.write_at(end, zlib.crc32(self._table.data).to_bytes(4, "little"))
+        read = lambda array, start, stop: self._output.read_at(array.offset + start, stop - start)  # noqa: E731
+        _write_packed(path, self._plan.header, read, self._table.tobytes())
 
     def _stream(self) -> list[Array]:
         return [array for array in self._plan.header.arrays if array.crc32 is None]
@@ -226,7 +238,7 @@ class TransportWriter:
 
 @contextmanager
 def writing(path: str | os.PathLike[str], plan: TransportPlan) -> Iterator[TransportWriter]:
-    """Write the file that `plan` describes; it appears at `path` when the block ends without an exception.
+    """Write the file that `plan` describes; packed, it appears at `path` when the block ends without an exception.
 
     What was written stays for a later call with an equal plan if the block is left early with any chunk done.
     OutputError where the disk has no room or another run writes the same file.
@@ -234,23 +246,37 @@ def writing(path: str | os.PathLike[str], plan: TransportPlan) -> Iterator[Trans
     with resumable_file(path, plan.size_bytes, plan.beginning) as output:
         writer = TransportWriter(output, plan)
         yield writer
-        writer.finish()
+        writer.finish(path)
+        output.discard()
 
 
 def write_transport(path: str | os.PathLike[str], plan: TransportPlan) -> None:
     """Write a file all of whose arrays are known; OutputError where it cannot be written."""
     if plan.chunks:
         raise ValueError("a file with chunks is written by `writing`")
-    with atomic_file(path, plan.size_bytes) as stream:
-        stream.write(plan.beginning)
-        stream.seek(plan.header.table_offset)
-        stream.write(zlib.crc32(b"").to_bytes(4, "little"))
-        for array in plan.header.arrays:
-            stream.seek(array.offset)
-            if array.size_bytes:
-                stream.write(plan.whole[array.name].data)
-        end = plan.header.arrays[-1].offset + plan.header.arrays[-1].size_bytes
-        stream.write(bytes(plan.size_bytes - end))
+    read = lambda array, start, stop: _bytes_of(plan.whole[array.name])[start:stop].data  # noqa: E731
+    _write_packed(path, plan.header, read, b"")
+
+
+def _write_packed(
+    path: str | os.PathLike[str],
+    header: Header,
+    read: Callable[[Array, int, int], ReadableBuffer],
+    table: bytes,
+) -> None:
+    """Write the arrays of `header`, whose bytes `read` gives by first and last, with the `table` of their chunks."""
+    parts = ((array.dtype, read(array, *part)) for array in header.arrays for part in parts_of(array))
+    text = header_text(header.model_copy(update={"version": VERSION}))
+    pack = lambda part: pack_block(np.frombuffer(part[1], np.uint8), part[0])  # noqa: E731
+    with atomic_file(path) as stream, closing(side_by_side(pack, parts)) as blocks:
+        written = stream.write(MAGIC + len(text).to_bytes(4, "little") + zlib.crc32(text).to_bytes(4, "little") + text)
+        written += stream.write(table + zlib.crc32(table).to_bytes(4, "little"))
+        rows = b""
+        for block in blocks:
+            written += stream.write(block.packed)
+            rows += BLOCK_ROW.pack(len(block.packed), zlib.crc32(block.packed), block.form, *block.shifts)
+        stream.write(bytes(max(0, -(-header.size_bytes // RATIO_LIMIT) - written)))
+        stream.write(rows + zlib.crc32(rows).to_bytes(4, "little") + bytes(PAGE))
 
 
 def open_transport(path: str | os.PathLike[str], mesh: Mesh | None = None) -> TransportFile:
@@ -263,9 +289,9 @@ def open_transport(path: str | os.PathLike[str], mesh: Mesh | None = None) -> Tr
     header = read_header(place, head)
     if mesh is not None and mesh_fingerprint(mesh) != header.mesh_sha256:
         raise InputError(place, f"was baked for another mesh ({header.mesh_name})", "Bake this mesh")
-    if size_bytes != header.size_bytes:
+    if header.version == 1 and size_bytes != header.size_bytes:
         raise InputError(place, f"has {size_bytes:,} bytes instead of {header.size_bytes:,}", REMEDY)
-    content = content_of(place, size_bytes)
+    content = content_of(place, size_bytes) if header.version == 1 else unpacked_content_of(place, size_bytes, header)
     arrays = {array.name: _array(content, array) for array in header.arrays}
     check_content(place, content, header, arrays)
     try:
@@ -275,7 +301,7 @@ def open_transport(path: str | os.PathLike[str], mesh: Mesh | None = None) -> Tr
     rest = {name: array for name, array in arrays.items() if name not in (*MESH_ARRAYS, BOUNDS)}
     settings, by_name = MappingProxyType(header.settings), MappingProxyType(rest)
     check = decode_check(place, content[-PAGE:].tobytes()) if has_check(header) else None
-    return TransportFile(header.kind, found, settings, by_name, len(content), place, check)
+    return TransportFile(header.kind, found, settings, by_name, size_bytes, place, check)
 
 
 def read_as(file: TransportFile, kind: str, read: Callable[[TransportFile], Found]) -> Found:
@@ -300,6 +326,10 @@ def holds_transport(path: str | os.PathLike[str]) -> bool:
             return file.read(len(MAGIC)) == MAGIC
     except (OSError, ValueError):
         return False
+
+
+def _bytes_of(array: NDArray[Any]) -> NDArray[np.uint8]:
+    return array.reshape(-1).view(np.uint8)
 
 
 def _little_endian(array: NDArray[Any]) -> NDArray[Any]:

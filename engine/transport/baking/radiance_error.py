@@ -109,6 +109,12 @@ def error_record(
     }
 
 
+def rounding_lines(result: dict[str, Any]) -> list[str]:
+    """The part of the error that comes from the digits of coefficients in the file, in words, where there is one."""
+    error = result["rounding_error_rel"]
+    return [f"coefficients in the file are rounded, by {percent(error, 2)} RMS"] if error else []
+
+
 def error_lines(result: dict[str, Any]) -> list[str]:
     """An error record in words, where there is one."""
     if "error_rmse_rel" not in result:

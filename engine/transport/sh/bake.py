@@ -52,11 +52,13 @@ from engine.transport.sh.brdf_table import BrdfTable
 from engine.transport.sh.brdf_table_varying import Table, VariedTable, table_of, tables_of
 from engine.transport.sh.interreflection import Surroundings, gather, reflections, transfer_open
 from engine.transport.sh.transfer import (
+    STEP,
     ShTransport,
     diffuse_vectors,
     free_vectors,
     is_diffuse,
     matrices,
+    round_rows,
     tangent_frames,
     visibility_harmonics,
 )
@@ -107,7 +109,7 @@ class Baker:
         whole = np.repeat(own[:, :, None], channels, axis=2)
         if self._sent is not None:
             whole += gather(self._around, vertices, self._sent, frames)
-        return whole.reshape(-1, channels, recipe["order"] ** 2)
+        return round_rows(whole.reshape(-1, channels, recipe["order"] ** 2))
 
     def _vectors(self, vertices: NDArray[np.int64], counts: NDArray[np.uint8] | None) -> NDArray[np.float32]:
         recipe, normal = self._recipe, self._of.normal[vertices]
@@ -269,6 +271,7 @@ def lay_out(
             "variations": [variation_to_text(variation)[:1000] for variation in variations],
             **stated,
             "matt_bounces": bool(settings.bounces),
+            "step": STEP,
         },
         arrays,
         {"rows": ("<f4", (empty.channels, settings.order**2))},

@@ -46,6 +46,7 @@ from engine.transport.baking.settings import Signs, WaveletSettings
 from engine.transport.baking.visibility import Receivers, portion, visibility_shares
 from engine.transport.baking.visibility_record import is_kept, keep_visibility
 from engine.transport.wavelet.haar import FACES, check_edge
+from engine.transport.wavelet.quantise import STEP
 from engine.transport.wavelet.transfer import (
     DIFFUSE,
     WaveletTransport,
@@ -168,6 +169,9 @@ def factors_of_each(
     in images although they meet the matrix better: then these are left out. A single term is the better of the first
     and Kautz and McCool's normalised term, by their errors in most bands of the viewer's elevation.
 
+    All colours have the same light maps, so that a bake takes no more time and bytes than that of a grey BRDF; errors
+    of GGX metals and paints are 0.2 % larger than with maps for each.
+
     These are `signed`: sums that are negative in places, which are drawn black. In their place come `nonnegative` ones
     of as many terms, which are not nested; `auto` takes them where the others are negative, the product of linear and
     logarithmic error at pairs of directions that made neither is smaller, and the linear one at most `MORE_ERROR`
@@ -178,7 +182,9 @@ def factors_of_each(
         return {terms: brdf.truncate(min(terms, brdf.terms)) for terms in counts}
     hemisphere_map, pairs, most = HemisphereMap(kind, MAP_SIZE), reference(brdf), max(NESTED, *counts)
     share = 0.5 if 1 in counts else 1.0
-    found = yield from part(separate(brdf, hemisphere_map, most, weighting=weighting, reference=pairs), 0.0, share)
+    found = yield from part(
+        separate(brdf, hemisphere_map, most, weighting=weighting, reference=pairs, shared=True), 0.0, share
+    )
     name = brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
     every = replace(found.factors, name=name)
     first = {terms: every.truncate(min(terms, every.terms)) for terms in counts}
@@ -191,7 +197,9 @@ def factors_of_each(
         first[1] = min(first[1], other, key=lambda each: pairs.miss(pairs.rms(each)[1]))
     for terms in counts if signs != "signed" else ():
         if first[terms].negative_energy(pairs.wi, pairs.wo) > (0.0 if signs == "nonnegative" else MAX_BELOW_ZERO):
-            steps = separate(brdf, hemisphere_map, terms, method="nonnegative", weighting=weighting, reference=pairs)
+            steps = separate(
+                brdf, hemisphere_map, terms, method="nonnegative", weighting=weighting, reference=pairs, shared=True
+            )
             positive = replace((yield from part(steps, 1.0, 1.0)).factors, name=name)
             if signs == "nonnegative" or _is_better(positive, first[terms], pairs):
                 first[terms] = positive
@@ -243,6 +251,7 @@ def lay_out(
             "map_size": factors.hemisphere_map.size,
             "isotropic": factors.isotropic,
             "reciprocal": factors.reciprocal,
+            "step": STEP,
             **({} if mixture is None else {"bases": list(mixture.terms)}),
         },
         {"view_maps": factors.first, "light_maps": factors.second, **_mixture_arrays(mixture)},

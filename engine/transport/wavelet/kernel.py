@@ -132,6 +132,7 @@ def transfer(
     size: int,
     maps: Floats,
     capacity: int,
+    step: int,
     indices: Integers,
     words: Integers,
     peaks: Floats,
@@ -146,7 +147,7 @@ def transfer(
     direction : (M, 3) float64 of the texels, face by face. area : (M,) float64 their solid angles.
     kind, size : of the map of the light maps (`HemisphereMap`). maps : (K, P, texels) float32; P is 1 where all colours
         are alike, else 3.
-    capacity : of candidates for the strongest coefficients (`haar.candidates`).
+    capacity : of candidates for the strongest coefficients (`haar.candidates`). step : as for `quantise_vectors`.
     indices, words, peaks, counts : filled, (B, K, N_l) uint16, (B, K, N_l) uint32, (B, K, 3) float32, (B, K) uint16.
     """
     vertices, texels = visible.shape
@@ -170,7 +171,7 @@ def transfer(
                 for n in range(number):
                     for channel in range(3):
                         values[n, channel] = cube[channel if planes == 3 else 0, kept[n]]
-                counts[v, k] = _store(values[:number], kept, indices[v, k], words[v, k], peaks[v, k])
+                counts[v, k] = _store(values[:number], kept, step, indices[v, k], words[v, k], peaks[v, k])
 
 
 @scalar
@@ -201,9 +202,12 @@ def _project(
 
 
 @scalar
-def _store(values: Floats, kept: Integers, index: Integers, word: Integers, peak: Floats) -> int:
+def _store(values: Floats, kept: Integers, step: int, index: Integers, word: Integers, peak: Floats) -> int:
     """Quantise `values` (n, 3) and keep those that are not all 0 then; how many."""
-    quantise_vectors(values, peak, word)
+    exact = 0
+    while exact < len(values) and kept[exact] < FACES:
+        exact += 1
+    quantise_vectors(values, peak, word, step, exact)
     count = 0
     for n in range(len(values)):
         if word[n] != 0:

@@ -33,7 +33,7 @@ from engine.transport.baking.blend import Mixture, mixture
 from engine.transport.baking.visibility import Receivers, receivers
 from engine.transport.wavelet.haar import FACES, candidates, check_edge
 from engine.transport.wavelet.kernel import pack_light, relight, transfer
-from engine.transport.wavelet.quantise import WaveletLight
+from engine.transport.wavelet.quantise import STEP, WaveletLight
 
 #: Most terms of a BRDF and most coefficients of a vector.
 MAX_TERMS, MAX_COEFFICIENTS = 64, 4096
@@ -215,11 +215,12 @@ def transport_vectors(
     hemisphere_map: HemisphereMap,
     maps: NDArray[np.float32],
     coefficients: int,
+    step: int = STEP,
 ) -> dict[str, NDArray[Any]]:
     """The arrays of `Vectors16` for vertices with `frames` (B, 3, 3), B · K rows.
 
     `visible` (B, 6 N²) counts the parts, of `full`, of each texel that light arrives from; `hemisphere_map` is that of
-    the light maps `maps` (see `light_maps`).
+    the light maps `maps` (see `light_maps`). Quantised coefficients are multiples of `step` (`quantise_vectors`).
     """
     shape = (len(frames), len(maps))
     found: dict[str, NDArray[Any]] = {
@@ -238,6 +239,7 @@ def transport_vectors(
         hemisphere_map.size,
         maps,
         candidates(coefficients),
+        step,
         *found.values(),
     )
     return {name: array.reshape(-1, *array.shape[2:]) for name, array in found.items()}

@@ -11,7 +11,6 @@ import pytest
 
 from app.cli.transport import bake
 from engine.accuracy import bake_check
-from engine.core.figure_text import size_text
 from engine.core.steps import Step
 from engine.images.decode import read_image
 from engine.transport import method
@@ -32,7 +31,7 @@ def test_a_model_is_baked_and_drawn_under_any_light(lightarc: Command, mesh: Pat
     found = result(made)
     assert {"vertices", "bake_s", "visibility_s", "size_bytes", "knobs", "skipped"} <= set(found)
     assert found["size_bytes"] == output.stat().st_size
-    assert size_text(found["size_bytes"]) in made.err
+    assert f"{12 + 25} vertices, about " in made.err
     assert found["vertices"] == 12 + 25
     assert found["knobs"]["terms"] == 2
     for number, light in enumerate((("--env", "sky"), ("--light-deg", "20,30"), ("--lamp", "theta_deg=10"))):
@@ -112,7 +111,7 @@ def test_what_is_cancelled_goes_on(mesh: Path, tmp_path: Path, lightarc: Command
 
     found = bake.run(parser.parse_args(words), interrupt)
     assert (found["cancelled"], found["exit_code"], output.exists()) == (True, 4, False)
-    assert Path(found["unfinished"]).stat().st_size == found["unfinished_bytes"] == found["size_bytes"]
+    assert Path(found["unfinished"]).stat().st_size == found["unfinished_bytes"] > found["size_bytes"]
     assert f"goes on from here, with {found['unfinished']} (81.9 kB)" in bake.report(found)
     gone = bake.run(parser.parse_args([*words[:-2], "--terms", "1", "--restart"]), interrupt)
     assert (gone["cancelled"], gone["unfinished"], len(list(tmp_path.glob(".*")))) == (True, None, 0)

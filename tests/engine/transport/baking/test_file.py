@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import zlib
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -18,6 +19,7 @@ import engine
 from engine.core.errors import InputError, OutputError
 from engine.geometry.shapes import plane, sphere
 from engine.storage import atomic, scratch
+from engine.transport.baking import packing
 from engine.transport.baking.file import (
     TransportPlan,
     holds_transport,
@@ -27,6 +29,7 @@ from engine.transport.baking.file import (
     write_transport,
     writing,
 )
+from engine.transport.baking.file_header import header_text
 
 ROWS = 1000
 
@@ -72,11 +75,41 @@ def file(tmp_path: Path) -> Path:
     return tmp_path / "sphere.transport"
 
 
+@pytest.fixture
+def old(tmp_path: Path) -> Path:
+    """The same as version 1 has it: every array in its place, as in an unfinished file, and the table sealed."""
+    plan, path = plan_file(), tmp_path / "old.transport"
+    content = bytearray(plan.size_bytes)
+    content[: len(plan.beginning)] = plan.beginning
+    places = {array.name: array for array in plan.header.arrays}
+    for name, array in plan.whole.items():
+        content[places[name].offset : places[name].offset + array.nbytes] = array.tobytes()
+    table = b""
+    for chunk in range(10):
+        checksum = 0
+        for name, array in rows(chunk).items():
+            start = places[name].offset + 100 * chunk * places[name].row_bytes
+            content[start : start + array.nbytes] = array.tobytes()
+            checksum = zlib.crc32(array.tobytes(), checksum)
+        table += (1 << 32 | checksum).to_bytes(8, "little")
+    table += zlib.crc32(table).to_bytes(4, "little")
+    content[plan.header.table_offset : plan.header.table_offset + len(table)] = table
+    path.write_bytes(content)
+    return path
+
+
+def test_files_of_version_1_still_open(file: Path, old: Path) -> None:
+    found, packed = open_transport(old, sphere()), open_transport(file)
+    assert found.size_bytes == old.stat().st_size == plan_file().size_bytes > packed.size_bytes
+    assert all(np.array_equal(found.arrays[name], packed.arrays[name]) for name in packed.arrays)
+    assert found.settings == packed.settings
+
+
 def test_what_was_written_is_found_again_and_read_only(file: Path) -> None:
     found = open_transport(file, sphere())
     made_by = {"edge": 16, "software": f"lightarc {engine.__version__}"}
     assert (found.kind, dict(found.settings)) == ("wavelet", made_by)
-    assert found.size_bytes == file.stat().st_size == plan_file().size_bytes
+    assert found.size_bytes == file.stat().st_size < plan_file().size_bytes
     for chunk in range(10):
         for name, array in rows(chunk).items():
             assert np.array_equal(found.arrays[name][100 * chunk : 100 * (chunk + 1)], array)
@@ -218,15 +251,15 @@ def test_every_truncation_is_refused(file: Path, tmp_path: Path) -> None:
     cut = tmp_path / "cut.transport"
     for part in [*range(64), 63.9999]:
         cut.write_bytes(content[: int(len(content) * part / 64)])
-        with pytest.raises(InputError, match=r"transport file|damaged|bytes instead|cannot be read"):
+        with pytest.raises(InputError, match=r"transport file|damaged|cut short|cannot be read"):
             open_transport(cut)
     cut.write_bytes(content + b"0")
-    with pytest.raises(InputError, match="bytes instead"):
+    with pytest.raises(InputError, match="damaged or cut short"):
         open_transport(cut)
 
 
-def test_every_flipped_bit_that_means_something_is_found(file: Path, tmp_path: Path) -> None:
-    content = bytearray(file.read_bytes())
+def test_every_flipped_bit_that_means_something_is_found(old: Path, tmp_path: Path) -> None:
+    content = bytearray(old.read_bytes())
     header = plan_file().header
     meaningful = [*range(8), 8, 12, 100, 500, header.table_offset, header.table_offset + 3, header.table_offset + 80]
     for array in header.arrays:
@@ -241,9 +274,7 @@ def test_every_flipped_bit_that_means_something_is_found(file: Path, tmp_path: P
 
 
 def with_header(change: dict[str, Any], file: Path) -> None:
-    """Put a header with other values, and the checksum that belongs to it, into `file`."""
-    import zlib
-
+    """Put a header with other values, and the checksum that belongs to it, into `file` of version 1."""
     content = file.read_bytes()
     value = {**plan_file().header.model_dump(), **change}
     text = json.dumps(value, sort_keys=True).encode()
@@ -255,7 +286,8 @@ def with_header(change: dict[str, Any], file: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"version": 2}, "newer Lightarc"),
+        ({"version": 3}, "newer Lightarc"),
+        ({"version": 2}, "table of its blocks"),
         ({"chunks": 1 << 26}, "where something else is"),
         ({"chunks": 9}, "table of its chunks"),
         ({"table_offset": 1 << 47}, "where something else is"),
@@ -265,23 +297,79 @@ def with_header(change: dict[str, Any], file: Path) -> None:
         ({"more": 1}, "faulty more"),
     ],
 )
-def test_headers_that_lie_are_refused(change: dict[str, Any], message: str, file: Path) -> None:
-    with_header(change, file)
+def test_headers_that_lie_are_refused(change: dict[str, Any], message: str, old: Path) -> None:
+    with_header(change, old)
     with pytest.raises(InputError, match=message):
-        open_transport(file)
+        open_transport(old)
 
 
 @pytest.mark.parametrize("field", ["dtype", "shape", "offset", "name"])
-def test_arrays_that_lie_are_refused(field: str, file: Path) -> None:
+def test_arrays_that_lie_are_refused(field: str, old: Path) -> None:
     for number, array in enumerate(plan_file().header.model_dump()["arrays"]):
         lie = {"dtype": "|b1", "shape": [1 << 40, 1 << 8], "offset": array["offset"] + 4096 * 3, "name": "other"}[field]
         arrays = plan_file().header.model_dump()["arrays"]
         arrays[number] = {**array, field: lie}
-        with_header({"arrays": arrays}, file)
+        with_header({"arrays": arrays}, old)
         if array["name"] in ("words", "peaks", "view_maps") and field in ("name", "dtype"):
             continue  # what a reader of this kind of transport finds, not the container
         with pytest.raises(InputError):
+            open_transport(old)
+
+
+def repack(file: Path, change: dict[str, Any]) -> None:
+    """Put a header with other values, and the checksum that belongs to it, into the packed `file`."""
+    content = file.read_bytes()
+    length = int.from_bytes(content[8:12], "little")
+    text = json.dumps({**json.loads(content[16 : 16 + length]), **change}, sort_keys=True).encode()
+    head = b"LATRANS1" + len(text).to_bytes(4, "little") + zlib.crc32(text).to_bytes(4, "little") + text
+    file.write_bytes(head + content[16 + length :])
+
+
+def test_a_small_file_that_declares_much_is_refused_before_there_is_room_for_it(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(packing, "scratch_array", lambda *_: pytest.fail("room was made"))
+    arrays = json.loads(header_text(plan_file().header))["arrays"]
+    last = arrays[-1]
+    arrays[-1] = {**last, "shape": [1 << 30, 3]}
+    repack(file, {"arrays": arrays, "size_bytes": last["offset"] + 12 * (1 << 30) + 4096})
+    with pytest.raises(InputError, match="more than it can hold"):
+        open_transport(file)
+
+
+def test_packed_files_whose_headers_lie_are_refused(file: Path) -> None:
+    whole = file.read_bytes()
+    arrays = json.loads(header_text(plan_file().header))["arrays"]
+    for change in (
+        {"size_bytes": plan_file().size_bytes + 4096},
+        {"chunks": 1 << 26, "table_offset": 0},
+        {"chunks": 9},
+        {"arrays": [{**each, "dtype": "<u2"} if each["name"] == "words" else each for each in arrays]},
+        {"arrays": [{**each, "shape": [9, 12]} if each["name"] == "view_maps" else each for each in arrays]},
+    ):
+        file.write_bytes(whole)
+        repack(file, change)
+        with pytest.raises(InputError):
             open_transport(file)
+
+
+def test_every_flipped_bit_of_a_packed_file_is_found(file: Path, tmp_path: Path) -> None:
+    content, damaged = bytearray(file.read_bytes()), tmp_path / "damaged.transport"
+    size = len(content) - 4096  # of what is not the page of the check
+    for place in (*range(8), 8, 12, 100, *np.linspace(500, size - 1, 100).astype(int), *range(size - 90, size)):
+        content[place] ^= 4
+        damaged.write_bytes(content)
+        with pytest.raises(InputError, match=r"damaged|cut short|not a transport file"):
+            open_transport(damaged)
+        content[place] ^= 4
+
+
+def test_what_packs_to_less_than_a_thousandth_is_padded(tmp_path: Path) -> None:
+    known = {"lobes": np.zeros((1 << 22, 1), np.float32)}
+    plan = plan_transport("gaussian", plane(), {}, known, {}, np.zeros(1, np.int64))
+    write_transport(tmp_path / "a", plan)
+    assert (tmp_path / "a").stat().st_size >= plan.size_bytes / 1000
+    assert not open_transport(tmp_path / "a").arrays["lobes"].any()
 
 
 def test_what_is_no_file_of_ours_is_refused(tmp_path: Path) -> None:
@@ -307,7 +395,6 @@ def test_arrays_that_are_all_known_are_written_at_once(tmp_path: Path) -> None:
     known = {"lobes": np.arange(24.0, dtype=np.float32).reshape(2, 3, 4), "none": np.zeros((0, 3), np.float32)}
     plan = plan_transport("gaussian", sphere(), {"lobes": 1}, known, {}, np.zeros(1, np.int64))
     write_transport(tmp_path / "a", plan)
-    assert (tmp_path / "a").stat().st_size == plan.size_bytes
     found = open_transport(tmp_path / "a", sphere())
     assert found.kind == "gaussian"
     assert all(np.array_equal(found.arrays[name], values) for name, values in known.items())

@@ -53,7 +53,7 @@ def file(work: Work, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_bake_holds_what_was_announced(work: Work, file: Path) -> None:
-    assert file.stat().st_size == work.size_bytes
+    assert 0.2 * work.size_bytes < file.stat().st_size < work.size_bytes
     assert estimate_s(work) > 0.0
     transport = transport_of(open_transport(file, work.surface))
     (lobes,) = transport.components

@@ -19,7 +19,6 @@ from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.light.cube_map import CubeMap, cube_directions, cube_solid_angles
 from engine.transport.baking.file import open_transport
-from engine.transport.baking.file_header import PAGE
 from engine.transport.baking.visibility import receivers
 from engine.transport.relight import RelightSh
 from engine.transport.sh.bake import BakeSettings, bake, prepare, reflect, transport_of
@@ -28,6 +27,7 @@ from engine.transport.sh.brdf_table import lambert_table, tabulate
 from engine.transport.sh.error import sh_error
 from engine.transport.sh.rotation import rotate_into_frames
 from engine.transport.sh.transfer import (
+    STEP,
     ShTransport,
     compute_unshadowed,
     diffuse_vectors,
@@ -161,7 +161,8 @@ def test_convex_models_are_shaded_as_without_transfer(text: str, tmp_path: Path)
     expected = table.radiance(compute_unshadowed(mesh, light), local_views(done.transport, eye))
     found = show(done.transport, light, eye)
     facing = local_views(done.transport, eye)[:, 2] > 0.0
-    assert np.abs(found - expected)[facing].max() < 2e-5 * np.abs(expected).max()
+    rounding = 0.0 if done.transport.diffuse else STEP * np.abs(light).max()
+    assert np.abs(found - expected)[facing].max() < 2e-5 * np.abs(expected).max() + rounding
     assert not found[~facing].any()
 
 
@@ -304,7 +305,7 @@ def test_the_file_is_the_same_for_any_number_of_threads_and_after_a_pause(tmp_pa
         again = bake_transfer(small(), brdf, tmp_path / "two.transport", settings, ground)
     assert again.resumed_chunks >= 1
     assert (tmp_path / "one.transport").read_bytes() == (tmp_path / "two.transport").read_bytes()
-    assert work.size_bytes == (tmp_path / "two.transport").stat().st_size
+    assert (tmp_path / "two.transport").stat().st_size < work.size_bytes
 
 
 def test_files_of_other_modes_and_meshes_are_refused(tmp_path: Path) -> None:
@@ -314,7 +315,7 @@ def test_files_of_other_modes_and_meshes_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="another mesh"):
         transport_of(open_transport(path, small(10)))
     content = bytearray(path.read_bytes())
-    content[-PAGE - 5000] ^= 1
+    content[len(content) // 2] ^= 1
     path.write_bytes(bytes(content))
     with pytest.raises(InputError, match="damaged"):
         transport_of(open_transport(path))

@@ -55,7 +55,7 @@ def small(monkeypatch: pytest.MonkeyPatch, shared_data: Callable[[str], Path]) -
 
 def test_a_bake_is_as_large_as_was_said_and_opens_as_it_was(small: Work, tmp_path: Path) -> None:
     baked = drain(bake(tmp_path / "a.transport", small))
-    assert (tmp_path / "a.transport").stat().st_size == small.size_bytes == baked.file.size_bytes
+    assert (tmp_path / "a.transport").stat().st_size == baked.file.size_bytes < small.size_bytes
     transport = transport_of(open_transport(tmp_path / "a.transport", small.surface))
     assert (transport.ground_vertex, transport.ground_albedo) == (small.ground_vertex, 0.3)
     assert len(transport.mesh.positions) == small.vertices == small.ground_vertex + 49

@@ -17,6 +17,7 @@ from engine.transport.wavelet.quantise import (
     encode_light,
     pack,
     quantise,
+    rounding_error_rel,
     unpack,
 )
 
@@ -67,6 +68,23 @@ def test_Z7_nothing_stays_nothing_and_Z16_a_dark_channel_dark() -> None:
     values = np.random.default_rng(3).standard_normal((96, 3))
     values[:, 1] = 0.0
     assert not dequantise(*quantise(values))[:, 1].any()
+
+
+@pytest.mark.parametrize("step", [1, 2, 4, 8, 16])
+def test_rounding_to_steps_errs_as_is_said(step: int) -> None:
+    rng = np.random.default_rng(8)
+    values = rng.laplace(size=(300, 96, 3)) * rng.random((300, 1, 3)) ** 4
+    words, peaks = quantise(values, step)
+    found = dequantise(words, peaks)
+    codes = unpack(words)
+    assert not (codes % (step, step, max(step // 2, 1))).any()
+    assert (np.abs(codes) <= BOUNDS).all()
+    whole = np.array(BOUNDS) // (step, step, max(step // 2, 1))
+    largest = np.abs(values).max(axis=1)
+    assert (np.abs(found - values) <= (largest / (2.0 * whole))[:, None] * (1.0 + 1e-4)).all()
+    np.testing.assert_allclose(np.abs(found).max(axis=1), largest, rtol=1e-5)
+    true = np.linalg.norm(found - values) / np.linalg.norm(values)
+    assert rounding_error_rel(words, peaks, step) == pytest.approx(true, rel=0.03)
 
 
 def test_coefficients_that_are_no_numbers_are_refused() -> None:
