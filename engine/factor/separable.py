@@ -118,8 +118,9 @@ def separate(
     weighting: Weighting = "auto",
     seed: int = 1,
     reference: Reference | None = None,
+    shared: bool = False,
 ) -> Steps[Separated]:
-    """Factors of `brdf` with up to `terms` terms.
+    """Factors of `brdf` with up to `terms` terms; where `shared`, all colours have the same second maps.
 
     `auto` is `symmetric` where the matrix is, else `svd`; `nonnegative` has no term that is negative anywhere.
     `reference` is what the automatic weighting is judged by and is needed for it. Raises UsageError where `terms` < 1,
@@ -128,8 +129,9 @@ def separate(
     if weighting == "auto" and reference is None:
         raise ValueError("the automatic weighting needs pairs of directions to compare at")
     steps = in_norms(
-        brdf, hemisphere_map, terms, norms_of(weighting), method=method, parametrisation=parametrisation, seed=seed
-    )
+        brdf, hemisphere_map, terms, norms_of(weighting), method=method, parametrisation=parametrisation, seed=seed,
+        shared=shared,
+    )  # fmt: skip
     tried = yield from steps
     if len(tried) == 1 or reference is None:
         return tried[0]
@@ -150,6 +152,7 @@ def in_norms(
     method: SeparableMethod = "auto",
     parametrisation: Parametrisation = "in-out",
     seed: int = 1,
+    shared: bool = False,
 ) -> Steps[list[Separated]]:
     """Factors of `brdf` in each of `norms`, from one sampling of it; otherwise as `separate`."""
     if terms < 1:
@@ -157,11 +160,17 @@ def in_norms(
     matrix = yield from part(brdf_matrix(brdf, hemisphere_map, parametrisation), 0.0, 0.5)
     # held from here to the end, and not taken anew by each part: changing the number of threads makes BLAS start them
     with one_thread():
-        return (yield from part(_try_out(brdf, matrix, terms, method, norms, seed), 0.5, 1.0))
+        return (yield from part(_try_out(brdf, matrix, terms, method, norms, seed, shared), 0.5, 1.0))
 
 
 def _try_out(
-    brdf: Brdf, matrix: BrdfMatrix, terms: int, method: SeparableMethod, norms: Sequence[Weighting], seed: int
+    brdf: Brdf,
+    matrix: BrdfMatrix,
+    terms: int,
+    method: SeparableMethod,
+    norms: Sequence[Weighting],
+    seed: int,
+    shared: bool,
 ) -> Steps[list[Separated]]:
     alpha = _asymmetry(matrix)
     square = matrix.parametrisation == "in-out"
@@ -174,7 +183,7 @@ def _try_out(
     chosen = ("symmetric" if square and alpha <= ASYMMETRY else "svd") if method == "auto" else method
     tried: list[Separated] = []
     for index, norm in enumerate(norms):
-        steps = _separate(brdf, matrix, terms, chosen, norm, alpha, seed)
+        steps = _separate(brdf, matrix, terms, chosen, norm, alpha, seed, shared)
         tried.append((yield from part(steps, index / len(norms), (index + 1) / len(norms))))
     return tried
 
@@ -200,13 +209,17 @@ def texel_weights(
 
 
 def _separate(
-    brdf: Brdf, matrix: BrdfMatrix, terms: int, method: str, weighting: Weighting, alpha: float, seed: int
+    brdf: Brdf, matrix: BrdfMatrix, terms: int, method: str, weighting: Weighting, alpha: float, seed: int, shared: bool
 ) -> Steps[Separated]:
     hemisphere_map, parametrisation = matrix.hemisphere_map, matrix.parametrisation
     rows, columns = texel_weights(hemisphere_map, parametrisation, weighting)
     channels = _different(matrix.rows)
     note = f"finding terms in the {weighting} norm"
-    if method == "nonnegative":
+    shared = shared and len(channels) > 1
+    if shared and method == "nonnegative":
+        pieces = [matrix.whole(channel, rows, columns) for channel in range(3)]
+        (by_channel,) = yield from _run_all([partial(_positive_cuts, pieces, terms, seed)], note)
+    elif method == "nonnegative":
         pieces = [matrix.whole(channel, rows, columns) for channel in channels]
         cuts = yield from _run_all([partial(_positive_cut, piece, terms, seed) for piece in pieces], note)
     else:
@@ -214,8 +227,11 @@ def _separate(
         work = [partial(_find_terms, sector, terms, method, seed) for channel in sectors for sector in channel]
         found = iter((yield from _run_all(work, note)))
         cuts = [_cut(channel, [next(found) for _ in channel], terms) for channel in sectors]
-    by_channel = [cuts[index] for index in _same_as(matrix.rows)]
-    kept = max(1, *(int(np.count_nonzero(cut.value)) for cut in cuts))
+    if not (shared and method == "nonnegative"):
+        by_channel = [cuts[index] for index in _same_as(matrix.rows)]
+    if shared and method != "nonnegative":
+        by_channel = _share(by_channel, terms)
+    kept = max(1, *(int(np.count_nonzero(cut.value)) for cut in by_channel))
     first, second = (np.empty((kept, *hemisphere_map.shape, 3), np.float32) for _ in range(2))
     for channel, cut in enumerate(by_channel):
         root = np.sqrt(cut.value[:kept])
@@ -228,10 +244,10 @@ def _separate(
         method=method,
         weighting=weighting,
         asymmetry=alpha,
-        condition_number=max(condition_number(cut.value) for cut in cuts),
+        condition_number=max(condition_number(cut.value) for cut in by_channel),
         optimum_ratio=error / optimum if optimum > 0.0 else 1.0,
-        iterations=max(cut.iterations for cut in cuts),
-        converged=all(cut.converged for cut in cuts),
+        iterations=max(cut.iterations for cut in by_channel),
+        converged=all(cut.converged for cut in by_channel),
     )
 
 
@@ -253,6 +269,44 @@ def _positive_cut(piece: Sector, terms: int, seed: int) -> _Cut:
     found = nonnegative(piece.matrix, min(terms, *piece.matrix.shape), seed)
     sides = piece.left(found.left), piece.right(found.right)
     return _Cut(*sides, found.value, found.error**2, found.optimum**2, found.iterations, found.converged)
+
+
+def _positive_cuts(pieces: list[Sector], terms: int, seed: int) -> list[_Cut]:
+    """Those of all channels, with the same right sides: the matrices one below the other."""
+    below, size = np.concatenate([piece.matrix for piece in pieces]), len(pieces[0].matrix)
+    found = nonnegative(below, min(terms, *pieces[0].matrix.shape), seed)
+    lefts, share = found.left.reshape(len(pieces), size, -1), 1.0 / len(pieces)
+    return [
+        _Cut(
+            piece.left(left), piece.right(found.right), found.value, share * found.error**2, share * found.optimum**2,
+            found.iterations, found.converged,
+        )
+        for piece, left in zip(pieces, lefts, strict=True)
+    ]  # fmt: skip
+
+
+def _share(cuts: list[_Cut], terms: int) -> list[_Cut]:
+    """The best `terms` terms of the sums in `cuts` with the same right sides for all channels.
+
+    These are the singular vectors of the matrices one below the other, which have the rank of all cuts together: a
+    decomposition of their triangular parts. What is cut here is orthogonal to what was cut before.
+    """
+    lefts = [np.linalg.qr(cut.left * cut.value) for cut in cuts]
+    right, triangle = np.linalg.qr(np.concatenate([cut.right for cut in cuts], axis=1))
+    ends = np.cumsum([cut.right.shape[1] for cut in cuts])[:-1]
+    parts = [of @ own.T for (_, of), own in zip(lefts, np.split(triangle, ends, axis=1), strict=True)]
+    sides, value, turned = np.linalg.svd(np.concatenate(parts), full_matrices=False)
+    places = np.cumsum([len(part) for part in parts])[:-1]
+    shared = []
+    for cut, (left, _), side in zip(cuts, lefts, np.split(sides, places), strict=True):
+        lost = float((((side * value)[:, terms:]) ** 2).sum())
+        shared.append(
+            _Cut(
+                left @ side[:, :terms], right @ turned[:terms].T, value[:terms], cut.error + lost, cut.optimum + lost,
+                cut.iterations, cut.converged,
+            )
+        )  # fmt: skip
+    return shared
 
 
 def _asymmetry(matrix: BrdfMatrix) -> float:
