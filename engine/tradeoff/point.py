@@ -101,6 +101,7 @@ class Point:
     frame_s : a frame from another camera; relight_s : what comes before it under a rotated environment; bake_s :
         what comes before any of it, from the model and the BRDF on.
     memory_bytes : held while frames are drawn, beside the model; size_bytes : of the file that keeps the bake.
+    another_s : a bake of another BRDF on the same model, whose visibility is kept; None where that takes no bake.
     predicted : what the cost model said beforehand of some of these (`engine.tradeoff.point.FIGURES`).
     """
 
@@ -114,12 +115,15 @@ class Point:
     memory_bytes: int
     size_bytes: int
     predicted: Mapping[str, float] = field(default_factory=dict, hash=False)
+    another_s: float | None = None
 
     def __post_init__(self) -> None:
         for name in _FIGURES:
             value = getattr(self, name)
             if not (isinstance(value, int | float) and math.isfinite(value) and value >= 0):
                 raise ValueError(f"{name} = {value!r} is not a number from 0")
+        if self.another_s is not None and not 0.0 <= self.another_s < math.inf:
+            raise ValueError(f"another_s = {self.another_s!r} is not a number from 0")
         strange = [name for name in self.predicted if name not in FIGURES]
         if strange or not all(isinstance(x, int | float) and 0 <= x < math.inf for x in self.predicted.values()):
             raise ValueError(f"{dict(self.predicted)} are not predicted figures")
@@ -139,4 +143,5 @@ class Point:
 
     def as_json(self) -> dict[str, Any]:
         figures = {name: getattr(self, name) for name in _FIGURES}
+        figures["another_brdf_s"] = self.another_s
         return {**self.setting.as_json(), **figures, **encode_prediction(self.predicted)}

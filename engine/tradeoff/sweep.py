@@ -506,7 +506,9 @@ class _Run:
         scene = dataclasses.replace(self.scene, relit=relit)
         drawn = yield from self.drawer.draw(scene)
         held = bake.memory_bytes + relit.size_bytes + _material_bytes(scene)
-        yield from self._add(bake.setting, drawn.image, drawn.frame_s, relight_s, bake.bake_s, held, bake.size_bytes)
+        yield from self._add(
+            bake.setting, drawn.image, drawn.frame_s, relight_s, bake.bake_s, held, bake.size_bytes, bake.another_s
+        )
 
     def _add(
         self,
@@ -517,6 +519,7 @@ class _Run:
         bake_s: float,
         memory_bytes: int,
         size_bytes: int,
+        another_s: float | None = None,
     ) -> Steps[None]:
         assert self.reference is not None
         before = time.monotonic()
@@ -524,7 +527,7 @@ class _Run:
         error = self.reference.error(image)
         self.measuring_s = max(self.measuring_s, time.monotonic() - before)
         costs = (frame_s, relight_s, bake_s, int(memory_bytes), int(size_bytes))
-        point = Point(setting, error.rmse_rel, flip, error.uncertainty, *costs, self._predict(setting))
+        point = Point(setting, error.rmse_rel, flip, error.uncertainty, *costs, self._predict(setting), another_s)
         self.found.append(_Measured(point, image))
         yield self._step(f"{setting}: {percent(error.rmse_rel)}")
 

@@ -209,13 +209,16 @@ def _plan(arguments: argparse.Namespace, scene: Scene, costs: CostModel, budget:
 
 
 def report(result: dict[str, Any]) -> str:
-    lines = [f"{'':1} {'setting':46} {'error':>16} {'frame':>10} {'relight':>10} {'bake':>9} {'memory':>10}"]
+    lines = [
+        f"{'':1} {'setting':46} {'error':>16} {'frame':>10} {'relight':>10} {'bake':>9} {'new BRDF':>9} {'memory':>10}"
+    ]
     for point in sorted(result["points"], key=lambda point: point["frame_s"]):
         error = percent_within(point["error_rmse_rel"], point["error_uncertainty"])
         mark = "●" if point["on_front"] else " "
         lines.append(
             f"{mark} {setting_of(point)!s:46} {error:>16} {time_text(point['frame_s']):>10} "
-            f"{_time(point['relight_s']):>10} {_time(point['bake_s']):>9} {size_text(point['memory_bytes']):>10}"
+            f"{_time(point['relight_s']):>10} {_time(point['bake_s']):>9} "
+            f"{_time(point['another_brdf_s'] or 0.0):>9} {size_text(point['memory_bytes']):>10}"
         )
     if result["break_even_frames"] is not None:
         frames, name = result["break_even_frames"], setting_of(result["break_even_setting"])

@@ -62,6 +62,7 @@ def test_points_are_measured_and_one_is_chosen(lightarc: Command, mesh: Path, tm
             "frame_s",
             "relight_s",
             "bake_s",
+            "another_brdf_s",
             "memory_bytes",
             "size_bytes",
             "on_front",
