@@ -17,7 +17,7 @@ from app.cli.brdf import BRDF_HELP
 from app.cli.doubts import doubts_of_brdf, mean_in_place_of_maps
 from app.cli.transport import bake_auto, project_input, scene_options
 from app.cli.transport import options as vary
-from app.cli.transport.bake_report import carry_out, subject_of
+from app.cli.transport.bake_report import COMPILING, carry_out, subject_of
 from app.cli.transport.method_options import add_options, options, strange_options
 from app.cli.transport.options import variations_of
 from app.document.bake_request import choices_for
@@ -114,6 +114,7 @@ def _max_variations(method: transport.Method) -> str:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    show(Step(0.0, f"reading {arguments.mesh}"))  # before kernels are compiled, which takes long the first time
     scene_options.take_own_material(arguments)
     material = _take_brdf(arguments, show)
     _choose_mode(arguments)
@@ -191,6 +192,7 @@ def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], 
         scene = project_input.setup_of(arguments).scene
         own += [] if scene.environment is None else [scene.environment]
     since = read_clock()
+    show(Step(0.05, COMPILING))
     baked, record = carry_out(
         arguments,
         show,
