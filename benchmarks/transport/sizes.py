@@ -29,7 +29,7 @@ from engine.light.environment_file import open_environment
 from engine.transport import sh_method, wavelet_method
 from engine.transport.baking.file import open_transport
 from engine.transport.baking.file_header import MAGIC, head_of, header_text, read_header
-from engine.transport.baking.packing import unpacked_content_of
+from engine.transport.baking.packing import unpack_content
 from engine.transport.baking.radiance_error import choose_tried_pairs
 from engine.transport.baking.settings import ShLight, WaveletLight
 from engine.transport.baking.visibility import visibility_shares
@@ -68,19 +68,19 @@ def transport_sizes(folder: Path) -> Steps[list[Accuracy]]:
         work = drain(method.baking.prepare(subject, method.settings()))
         drain(method.baking.bake(path, work))
         name = f"transport-{{}}-{mode}-{BRDFS.index(text)}"
-        found += _measures(name, f"{mesh.name} on a ground, {text}, {mode}", mode, path, work)
+        found += _measure_file(name, f"{mesh.name} on a ground, {text}, {mode}", mode, path, work)
     return found
 
 
-def _measures(name: str, what: str, mode: str, path: Path, work: Any) -> list[Accuracy]:
+def _measure_file(name: str, what: str, mode: str, path: Path, work: Any) -> list[Accuracy]:
     head, size_bytes = head_of(path)
     header = read_header(path, head)
     share = size_bytes / header.size_bytes
-    added = (_added_by_wavelets if mode == "wavelet" else _added_by_harmonics)(path, work)
+    added = (_change_wavelets if mode == "wavelet" else _change_sh)(path, work)
     with tempfile.TemporaryDirectory() as place:
         old = Path(place) / "old.transport"
         text = header_text(header.model_copy(update={"version": 1}))
-        content = unpacked_content_of(path, size_bytes, header).copy()
+        content = unpack_content(path, size_bytes, header).copy()
         beginning = MAGIC + len(text).to_bytes(4, "little") + _crc(text) + text
         content[: len(beginning)] = np.frombuffer(beginning, np.uint8)
         old.write_bytes(content.tobytes())
@@ -103,7 +103,7 @@ def _crc(text: bytes) -> bytes:
     return zlib.crc32(text).to_bytes(4, "little")
 
 
-def _added_by_wavelets(path: Path, work: Any) -> float:
+def _change_wavelets(path: Path, work: Any) -> float:
     transport = wavelet_method.transport_of(open_transport(path))
     chosen, towards = choose_tried_pairs(work.ground_vertex, VERTICES, VIEWS, 1)
     of = work.occluder.receivers(work.surface)
@@ -128,7 +128,7 @@ def _added_by_wavelets(path: Path, work: Any) -> float:
     return _change(np.array(values[1]), np.array(values[0]))
 
 
-def _added_by_harmonics(path: Path, work: Any) -> float:
+def _change_sh(path: Path, work: Any) -> float:
     transport = sh_method.transport_of(open_transport(path))
     chosen, towards = choose_tried_pairs(work.ground_vertex, VERTICES, VIEWS, 1)
     baker = sh_bake.baker_of(work, sh_bake.receivers_of(work))

@@ -32,7 +32,7 @@ from engine.core.steps import Step, Steps, part
 from engine.geometry.ray_caster import RayCaster
 from engine.planning.costs.setting import Setting
 from engine.scene.scene import Scene
-from engine.transport.baking.file_header import packed_bytes
+from engine.transport.baking.file_header import estimate_packed_bytes
 from engine.transport.baking.visibility import Receivers, receivers
 from engine.transport.method import Subject, method_of, methods_with
 from engine.transport.relight import RelightTransport, light_of
@@ -267,7 +267,7 @@ def _finish(member: _Member, rays: _Rays) -> Bake:
         transport,
         taken_s,
         memory,
-        packed_bytes(member.setting.mode, work.size_bytes),
+        estimate_packed_bytes(member.setting.mode, work.size_bytes),
         _another_s(member.setting, transport, taken_s, another_s),
     )
 
@@ -307,7 +307,9 @@ def bake_alone(
     taken_s = made.bake_s * vertices / work.vertices
     memory = sum(array.nbytes for array in baking.hold(transport))
     another_s = _another_s(setting, transport, taken_s, taken_s * (1.0 - made.visibility_s / made.bake_s))
-    return [Bake(setting, transport, taken_s, memory, packed_bytes(setting.mode, whole.size_bytes), another_s)], []
+    return [
+        Bake(setting, transport, taken_s, memory, estimate_packed_bytes(setting.mode, whole.size_bytes), another_s)
+    ], []
 
 
 def _another_s(setting: Setting, transport: Any, bake_s: float, without_rays_s: float) -> float | None:

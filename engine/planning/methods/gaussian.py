@@ -19,7 +19,7 @@ from engine.planning.effects.mode_error import FLOOR, ModeErrors
 from engine.scene.mode import Spread
 from engine.transport import gaussian_method
 from engine.transport.baking.diffuse_specular import parts
-from engine.transport.baking.file_header import packed_bytes
+from engine.transport.baking.file_header import estimate_packed_bytes
 from engine.transport.baking.settings import BOUNCES, GaussianSettings
 from engine.transport.baking.visibility import every_ray
 from engine.transport.gaussian import bake as gaussian_bake
@@ -69,7 +69,7 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
         relight_s,
         frame_s,
         sizes.memory,
-        packed_bytes("gaussian", sizes.file),
+        estimate_packed_bytes("gaussian", sizes.file),
         bake_s if bounces else bake_s - rays_s,
     )
 

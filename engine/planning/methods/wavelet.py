@@ -18,7 +18,7 @@ from engine.planning.costs.sizes import wavelets
 from engine.planning.effects.mode_error import ModeErrors, can_be_factored, wavelet_error
 from engine.scene.mode import Spread
 from engine.transport import wavelet_method
-from engine.transport.baking.file_header import packed_bytes
+from engine.transport.baking.file_header import estimate_packed_bytes
 from engine.transport.baking.occluder import Occluder
 from engine.transport.baking.settings import WaveletSettings
 from engine.transport.baking.visibility import Receivers, every_ray
@@ -59,7 +59,7 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
     sizes = wavelets(setting, load)
     bake_s += model.rate("file-byte") * sizes.file
     frame_s = model.frame_s("wavelet", terms, load)
-    return Cost(bake_s, relight_s, frame_s, sizes.memory, packed_bytes("wavelet", sizes.file), bake_s - rays_s)
+    return Cost(bake_s, relight_s, frame_s, sizes.memory, estimate_packed_bytes("wavelet", sizes.file), bake_s - rays_s)
 
 
 def error(errors: ModeErrors, setting: Setting) -> float:

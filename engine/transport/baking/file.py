@@ -63,7 +63,7 @@ from engine.transport.baking.file_header import (
     read_header,
 )
 from engine.transport.baking.file_header import REMEDY as REMEDY
-from engine.transport.baking.packing import BLOCK_ROW, pack_block, parts_of, unpacked_content_of
+from engine.transport.baking.packing import BLOCK_ROW, pack_block, parts_of, unpack_content
 
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
@@ -291,7 +291,7 @@ def open_transport(path: str | os.PathLike[str], mesh: Mesh | None = None) -> Tr
         raise InputError(place, f"was baked for another mesh ({header.mesh_name})", "Bake this mesh")
     if header.version == 1 and size_bytes != header.size_bytes:
         raise InputError(place, f"has {size_bytes:,} bytes instead of {header.size_bytes:,}", REMEDY)
-    content = content_of(place, size_bytes) if header.version == 1 else unpacked_content_of(place, size_bytes, header)
+    content = content_of(place, size_bytes) if header.version == 1 else unpack_content(place, size_bytes, header)
     arrays = {array.name: _array(content, array) for array in header.arrays}
     check_content(place, content, header, arrays)
     try:

@@ -101,7 +101,7 @@ def lay_out(header: Header) -> Header:
     return header.model_copy(update={"arrays": arrays, "table_offset": table, "size_bytes": size_bytes})
 
 
-def packed_bytes(kind: str, size_bytes: int) -> int:
+def estimate_packed_bytes(kind: str, size_bytes: int) -> int:
     """Bytes, roughly, of the file of a bake of this kind whose unfinished file has `size_bytes`."""
     return round(SHARES.get(kind, 1.0) * size_bytes)
 

@@ -173,7 +173,7 @@ def _zstd(content: Bytes) -> bytes:
     return bytes(imagecodecs.zstd_encode(cast(bytes, content), 1))
 
 
-def unpacked_content_of(path: Path, size_bytes: int, header: Header) -> Bytes:
+def unpack_content(path: Path, size_bytes: int, header: Header) -> Bytes:
     """The content of a packed file of `size_bytes`, everything in the place that `header` gives it.
 
     InputError where it is damaged, or declares more than it may; as `content_of`.
