@@ -24,7 +24,7 @@ from engine.core.directions import normalize, uv_tangents, world_from_tangent
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.summary import Summary
-from engine.geometry import polygons
+from engine.geometry import mesh_repair, polygons
 from engine.geometry.brushing import Brushing
 from engine.geometry.mesh_repair import (
     INSIDE_OUT,
@@ -32,6 +32,7 @@ from engine.geometry.mesh_repair import (
     SMALLEST,
     Topology,
     merge_points,
+    number_used,
     topology,
     usable_faces,
     weld,
@@ -289,6 +290,7 @@ def decode_names(content: bytes, name: str) -> dict[str, Any]:
 def prepare() -> None:
     """Load the readers and compile what `decode_mesh` runs, before the child is confined."""
     polygons.prepare()
+    mesh_repair.prepare()
     for reader in readers("mesh"):
         load(reader.decode)
 
@@ -343,10 +345,11 @@ def complete(
         None if table is None else table[faces] if table.ndim == 2 else table[usable]
         for table in (normals, uv, colours)
     )
-    figures["vertices_without_faces_dropped"] = len(positions) - len(np.unique(faces))
-    points, place = merge_points(np.where(np.isfinite(positions), positions, 0.0)[np.unique(faces)])
+    used, place_of = number_used(faces, len(positions))
+    figures["vertices_without_faces_dropped"] = len(positions) - len(used)
+    points, place = merge_points(np.where(np.isfinite(positions), positions, 0.0)[used])
     figures["vertices_at_the_same_place"] = len(place) - len(points)
-    faces = place[np.searchsorted(np.unique(faces), faces)]
+    faces = place[place_of[faces]]
     _check_size(points, name)
 
     directed = np.cross(points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[faces[:, 0]])
@@ -374,7 +377,12 @@ def complete(
                 None if table is None else table[:, ::-1] for table in (corner_uv, corner_colours)
             )
 
-    corner_uv, made = _complete_uv(corner_uv, _box_projection(points, faces, directed, smooth, incidence))
+    usable_uv = _find_usable_uv(corner_uv, len(faces))
+    made = ~usable_uv
+    if made.any():
+        projected = _box_projection(points, faces, directed, smooth, incidence)
+        corner_uv = projected if corner_uv is None else np.where(usable_uv[:, None, None], corner_uv, projected)
+    assert corner_uv is not None
     figures["texture_coordinates_made"] = int(made.all())
     figures["faces_without_texture_coordinates"] = int(made.sum())
     shape = topology(points, faces)
@@ -427,19 +435,17 @@ def _repair_normals(
     return np.where(missing[..., None], made, unit), wrong
 
 
-def _complete_uv(
-    stated: NDArray[np.float64] | None, projected: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Texture coordinates (F, 3, 2), and for which faces (F,) those `projected` had to be taken.
+def _find_usable_uv(stated: NDArray[np.float64] | None, count: int) -> NDArray[np.bool_]:
+    """Which of so many faces (F,) have texture coordinates of use among those `stated` (F, 3, 2).
 
-    Stated coordinates that are one point or one line for the whole mesh count as none.
+    Those that are one point or one line for the whole mesh count as none.
     """
     if stated is None:
-        return projected, np.ones(len(projected), bool)
+        return np.zeros(count, np.bool_)
     usable = np.all(np.abs(stated) < LARGEST, axis=(1, 2))
     if not usable.any() or not np.ptp(stated[usable], axis=(0, 1)).all():
-        return projected, np.ones(len(projected), bool)
-    return np.where(usable[:, None, None], stated, projected), ~usable
+        return np.zeros(count, np.bool_)
+    return np.asarray(usable)
 
 
 def _plain(figure: str) -> str:
@@ -519,7 +525,10 @@ def _box_projection(
     axis = np.argmax(np.abs(facing), axis=1)
     steep = np.abs(own[np.arange(len(axis)), axis]) < 0.5
     axis, facing = np.where(steep, np.argmax(np.abs(own), axis=1), axis), np.where(steep[:, None], own, facing)
-    sign = np.sign(np.take_along_axis(facing, axis[:, None], axis=1))
-    x, y, z = np.moveaxis(corners, -1, 0)
-    by_axis = np.stack([np.stack([-sign * z, y], -1), np.stack([x, -sign * z], -1), np.stack([sign * x, y], -1)])
-    return by_axis[axis, np.arange(len(axis))]
+    sign = np.sign(np.take_along_axis(facing, axis[:, None], axis=1))[:, 0]
+    # along x: −s z and y; along y: x and −s z; along z: s x and y
+    along_u, along_v = np.array([2, 0, 0])[axis], np.array([1, 2, 1])[axis]
+    sign_u = np.where(axis == 0, -sign, np.where(axis == 2, sign, 1.0))
+    sign_v = np.where(axis == 1, -sign, 1.0)
+    rows = np.arange(len(axis))
+    return np.stack([sign_u[:, None] * corners[rows, :, along_u], sign_v[:, None] * corners[rows, :, along_v]], axis=-1)

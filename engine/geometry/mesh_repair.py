@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from engine.core.directions import dot, normalize
 from engine.core.health import Finding, Verdict
+from engine.core.kernels import only, scalar
 
 #: Coordinates beyond this cannot be squared in 32 bits, which graphics devices and rays work with …
 LARGEST = 1e15
@@ -24,6 +25,9 @@ SMALLEST = 1e-15
 
 #: A face whose height is below this share of its longest edge has no usable normal: a needle.
 NEEDLE = 1e-8
+
+#: Rows from which on equal ones are found by a compiled kernel, which takes half a second to load.
+MANY_ROWS = 1 << 16
 
 #: With more open edges than this, points on other edges (T-junctions) are not looked for.
 MAX_OPEN_EDGES = 20_000
@@ -41,23 +45,78 @@ Points = NDArray[np.float64]
 Faces = NDArray[np.int64]
 
 
-def equal_rows(rows: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def equal_rows(rows: NDArray[np.float64] | Faces) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """The first row of each set of equal rows of (N, columns), in their order, and the set (N,) of each row.
 
-    Rows are put in order of a hash of their bits. Where two different rows share it, which one in 10^9 meshes of a
-    million rows does, equal rows may stay apart.
+    A few rows are put in order of a hash of their bits. Where two different rows share it, which one in 10^9 meshes of
+    a million rows does, equal rows may stay apart. Many go through a table of hashes.
     """
-    bits = np.ascontiguousarray(rows + 0.0).view(np.uint64)
+    if rows.dtype.kind == "f":
+        rows = rows + 0.0  # without negative zeros
+    return _equal_bits(np.ascontiguousarray(rows).view(np.uint64))
+
+
+def _equal_bits(bits: NDArray[np.uint64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    if len(bits) >= MANY_ROWS:
+        size = 1 << int(4 * len(bits) // 3).bit_length()
+        found, index = _match_rows(bits, np.full(size, -1, np.int32))
+        return found.astype(np.int64), index
     factors = np.random.default_rng(0).integers(1, 1 << 63, bits.shape[1], dtype=np.uint64) * 2 + 1
     mixed = np.sum((bits ^ (bits >> np.uint64(32))) * factors, axis=1, dtype=np.uint64)
     order = np.argsort(mixed, kind="stable")
-    starts = np.concatenate([np.ones(min(len(rows), 1), bool), (np.diff(bits[order], axis=0) != 0).any(axis=1)])
+    starts = np.concatenate([np.ones(min(len(bits), 1), bool), (np.diff(bits[order], axis=0) != 0).any(axis=1)])
     first = order[starts]
     rank = np.empty(len(first), np.int64)
     rank[np.argsort(first)] = np.arange(len(first))
-    index = np.empty(len(rows), np.int64)
+    index = np.empty(len(bits), np.int64)
     index[order] = rank[np.cumsum(starts) - 1]
     return np.sort(first), index
+
+
+@scalar
+def _match_rows(bits: np.ndarray, table: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The first of each set of equal rows, and the set of each row; `table` of 2^n entries, more than rows, holds −1.
+
+    Bounded by fetches of rows and entries that lie anywhere: about 0.1 µs a row.
+    """
+    count, columns = bits.shape
+    first, index = np.empty(count, np.int32), np.empty(count, np.int64)
+    found, mask = 0, np.uint64(len(table) - 1)
+    for row in range(count):
+        mixed = np.uint64(0)
+        for column in range(columns):
+            mixed = (mixed ^ bits[row, column]) * np.uint64(0x9E3779B97F4A7C15)
+            mixed ^= mixed >> np.uint64(29)
+        entry = mixed & mask
+        while True:
+            known = table[entry]
+            if known < 0:
+                table[entry] = found
+                first[found] = row
+                index[row] = found
+                found += 1
+                break
+            other = first[known]
+            column = 0
+            while column < columns and bits[row, column] == bits[other, column]:
+                column += 1
+            if column == columns:
+                index[row] = known
+                break
+            entry = (entry + np.uint64(1)) & mask
+    return first[:found].copy(), index
+
+
+def prepare() -> None:
+    """Compile before the process gives up what compiling needs."""
+    only(_match_rows, "Tuple((int32[::1], int64[::1]))(uint64[:, ::1], int32[::1])")
+
+
+def number_used(values: NDArray[np.integer[Any]], count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Which of the numbers below `count` are among `values`, in their order, and the place (count,) of each there."""
+    is_used = np.zeros(count, np.bool_)
+    is_used[values.reshape(-1)] = True
+    return np.flatnonzero(is_used), np.cumsum(is_used) - 1
 
 
 def merge_points(positions: Points) -> tuple[Points, NDArray[np.int64]]:
@@ -109,7 +168,7 @@ def _repeat(faces: Faces) -> NDArray[np.bool_]:
     rows = np.arange(len(faces))
     turned = np.stack([faces[rows, (start + step) % 3] for step in range(3)], axis=-1)
     again = np.ones(len(faces), bool)
-    again[equal_rows(turned.astype(np.float64))[0]] = False
+    again[equal_rows(turned)[0]] = False
     return again
 
 
@@ -121,22 +180,19 @@ def weld(
     corner_colours: Points | None = None,
 ) -> dict[str, Any]:
     """One vertex for all corners that agree in point, normal, texture coordinate and colour."""
-    corners = np.concatenate(
-        [
-            faces.reshape(-1, 1).astype(np.float64),
-            corner_normals.reshape(-1, 3).astype(np.float32),
-            corner_uv.reshape(-1, 2).astype(np.float32),
-            *([] if corner_colours is None else [corner_colours.reshape(-1, 3).astype(np.float32)]),
-        ],
-        axis=1,
-    )
-    first, index = equal_rows(corners)
+    corners = np.zeros((faces.size, 6 if corner_colours is None else 10), np.float32)
+    corners[:, 1:4], corners[:, 4:6] = corner_normals.reshape(-1, 3), corner_uv.reshape(-1, 2)
+    if corner_colours is not None:
+        corners[:, 6:9] = corner_colours.reshape(-1, 3)
+    corners += 0.0  # without negative zeros
+    corners[:, 0] = faces.reshape(-1).astype(np.int32).view(np.float32)
+    first, index = _equal_bits(corners.view(np.uint64))
     return {
         "positions": points[faces.reshape(-1)[first]],
-        "normals": corners[first, 1:4].astype(np.float32),
-        "uv": corners[first, 4:6].astype(np.float32),
+        "normals": np.ascontiguousarray(corners[first, 1:4]),
+        "uv": np.ascontiguousarray(corners[first, 4:6]),
         "faces": index.reshape(-1, 3).astype(np.int32),
-        **({} if corner_colours is None else {"colours": corners[first, 6:].astype(np.float32)}),
+        **({} if corner_colours is None else {"colours": np.ascontiguousarray(corners[first, 6:9])}),
     }
 
 
@@ -203,7 +259,7 @@ class Topology:
 
 def topology(points: Points, faces: Faces) -> Topology:
     """Topology of `faces` (F, 3) between different `points` (P, 3)."""
-    used = points[np.unique(faces)]
+    used = points[number_used(faces, len(points))[0]]
     low, high = used.min(axis=0), used.max(axis=0)
     size = max(float(np.max(high - low)), np.finfo(float).tiny)
     points = (points - (low + high) / 2.0) / size
@@ -246,8 +302,8 @@ def _components(directed: Faces, faces: Faces, count: int) -> tuple[int, NDArray
     ones = np.ones(len(directed), np.int8)
     joined = coo_matrix((ones, (directed[:, 0], directed[:, 1])), shape=(count, count))
     label = connected_components(joined, directed=False)[1][faces[:, 0]]
-    parts, part = np.unique(label, return_inverse=True)
-    return len(parts), part.reshape(-1)
+    parts, place = number_used(label, count)
+    return len(parts), place[label]
 
 
 def _bends_outwards(points: Points, faces: Faces, pairs: Faces) -> bool:

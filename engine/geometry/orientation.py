@@ -14,8 +14,8 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-Points = NDArray[np.float64]
-Faces = NDArray[np.int64]
+from engine.geometry.mesh_repair import Faces, Points, equal_rows, number_used
+
 Bools = NDArray[np.bool_]
 
 #: What is done with the orientation of a file: mended, kept, or kept and turned to the other side as a whole.
@@ -36,9 +36,9 @@ def find_turned(points: Points, faces: Faces, votes: NDArray[np.float64]) -> Boo
     `votes` (F,) are areas, negative where the stated normals are those of the other side. Two faces at the same place,
     which are the sides of a sheet, count once and stay turned against each other.
     """
-    _, first, sheet = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_inverse=True)
+    first, sheet = equal_rows(np.sort(faces, axis=1))
     if len(first) < len(faces):
-        return np.asarray(find_turned(points, faces[first], votes[first])[sheet.reshape(-1)])
+        return np.asarray(find_turned(points, faces[first], votes[first])[sheet])
     begin, end = faces.reshape(-1), faces[:, [1, 2, 0]].reshape(-1)  # of each edge
     key = np.minimum(begin, end) * len(points) + np.maximum(begin, end)
     order = np.argsort(key, kind="stable")
@@ -75,9 +75,11 @@ def _colour(count: int, pairs: Faces, clashing: Bools) -> tuple[Faces, Bools]:
     rows = np.concatenate([one, one + count])
     sides = _connect(rows, np.concatenate([other + across, other + count - across]), 2 * count)
     front, back = sides[:count], sides[count:]
-    _, first, patch = np.unique(np.minimum(front, back), return_index=True, return_inverse=True)
-    patch = patch.reshape(-1)
-    return patch, np.asarray((front != front[first[patch]]) & (front != back))
+    side = np.minimum(front, back)
+    first = np.empty(2 * count, np.int64)
+    first[side[::-1]] = np.arange(count - 1, -1, -1)  # the last that is written is the first face
+    patch = number_used(side, 2 * count)[1][side]
+    return patch, np.asarray((front != front[first[side]]) & (front != back))
 
 
 def _measure(
