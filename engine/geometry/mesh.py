@@ -268,18 +268,21 @@ def decode_mesh(
     part = parts[0].get("part") if len(parts) == 1 else None
     if names:
         part = np.concatenate([np.full(len(each["faces"]), names.index(each["material"])) for each in parts])
+    names = names or parts[0].get("part_names", [])
+    arrays = np.concatenate([each["positions"] for each in parts]), np.concatenate(faces)
+    normals, uv = _join(parts, "normals", 3), _join(parts, "uv", 2)
+    del found, parts, faces
     completed = complete(
-        np.concatenate([part["positions"] for part in parts]),
-        np.concatenate(faces),
-        _join(parts, "normals", 3),
-        _join(parts, "uv", 2),
+        *arrays,
+        normals,
+        uv,
         name,
         {"faces_of_fewer_than_3_corners_dropped": too_few, "points_moved_to_close_gaps": moved},
         oriented,
         colours=None if colours is None else np.nan_to_num(colours, nan=1.0),
         part=part,
     )
-    return {**completed, "part_names": names or parts[0].get("part_names", [])}
+    return {**completed, "part_names": names}
 
 
 def decode_names(content: bytes, name: str) -> dict[str, Any]:
@@ -377,18 +380,23 @@ def complete(
                 None if table is None else table[:, ::-1] for table in (corner_uv, corner_colours)
             )
 
+    del made_normals
     usable_uv = _find_usable_uv(corner_uv, len(faces))
     made = ~usable_uv
     if made.any():
         projected = _box_projection(points, faces, directed, smooth, incidence)
-        corner_uv = projected if corner_uv is None else np.where(usable_uv[:, None, None], corner_uv, projected)
+        stated_uv = projected if corner_uv is None else corner_uv
+        corner_uv = np.where(usable_uv[:, None, None], stated_uv, projected)
     assert corner_uv is not None
     figures["texture_coordinates_made"] = int(made.all())
     figures["faces_without_texture_coordinates"] = int(made.sum())
+    del directed, incidence, smooth  # what follows takes as much memory again
+    welded = weld(points, faces, corner_normals, corner_uv, corner_colours)
+    del corner_normals, corner_uv, corner_colours
     shape = topology(points, faces)
     findings = [(int(one.verdict), one.text) for one in (*findings_of(figures), *shape.findings)]
     return {
-        **weld(points, faces, corner_normals, corner_uv, corner_colours),
+        **welded,
         **({} if part is None else {"part": part[usable].astype(np.int32)}),
         "figures": {**figures, **shape.figures},
         "findings": findings,
@@ -510,7 +518,7 @@ def _box_projection(
     directed: NDArray[np.float64],
     smooth: NDArray[np.float64],
     incidence: csr_matrix,
-) -> NDArray[np.float64]:
+) -> NDArray[np.float32]:
     """(F, 3, 2) coordinates along the axis nearest to the smoothed normal, so that the patches are large.
 
     A face that this would foreshorten to less than half is projected along the axis nearest to its own normal.
@@ -520,7 +528,7 @@ def _box_projection(
         facing = normalize(incidence.T @ smooth)
         smooth = normalize(incidence @ (facing * area))
     low, high = points.min(axis=0), points.max(axis=0)
-    corners = (points[faces] - (low + high) / 2.0) / np.max(high - low)
+    centred = (points - (low + high) / 2.0) / np.max(high - low)
     own = normalize(directed)
     axis = np.argmax(np.abs(facing), axis=1)
     steep = np.abs(own[np.arange(len(axis)), axis]) < 0.5
@@ -530,5 +538,7 @@ def _box_projection(
     along_u, along_v = np.array([2, 0, 0])[axis], np.array([1, 2, 1])[axis]
     sign_u = np.where(axis == 0, -sign, np.where(axis == 2, sign, 1.0))
     sign_v = np.where(axis == 1, -sign, 1.0)
-    rows = np.arange(len(axis))
-    return np.stack([sign_u[:, None] * corners[rows, :, along_u], sign_v[:, None] * corners[rows, :, along_v]], axis=-1)
+    uv = np.empty((*faces.shape, 2), np.float32)
+    uv[..., 0] = sign_u[:, None] * centred[faces, along_u[:, None]]
+    uv[..., 1] = sign_v[:, None] * centred[faces, along_v[:, None]]
+    return uv

@@ -29,6 +29,9 @@ NEEDLE = 1e-8
 #: Rows from which on equal ones are found by a compiled kernel, which takes half a second to load.
 MANY_ROWS = 1 << 16
 
+#: Faces that are looked at together where a step takes much memory for each.
+BLOCK = 1 << 18
+
 #: With more open edges than this, points on other edges (T-junctions) are not looked for.
 MAX_OPEN_EDGES = 20_000
 
@@ -51,9 +54,8 @@ def equal_rows(rows: NDArray[np.float64] | Faces) -> tuple[NDArray[np.int64], ND
     A few rows are put in order of a hash of their bits. Where two different rows share it, which one in 10^9 meshes of
     a million rows does, equal rows may stay apart. Many go through a table of hashes.
     """
-    if rows.dtype.kind == "f":
-        rows = rows + 0.0  # without negative zeros
-    return _equal_bits(np.ascontiguousarray(rows).view(np.uint64))
+    without_negative_zeros = rows + 0.0 if rows.dtype.kind == "f" else rows
+    return _equal_bits(np.ascontiguousarray(without_negative_zeros).view(np.uint64))
 
 
 def _equal_bits(bits: NDArray[np.uint64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -144,7 +146,10 @@ def usable_faces(positions: Points, faces: NDArray[np.integer[Any]]) -> tuple[ND
     finite = np.all(np.abs(positions) <= LARGEST, axis=1)
     leave_out(~np.all(finite[faces[usable]], axis=1), "faces_with_non_finite_vertices")
     points, place = merge_points(np.where(finite[:, None], positions, 0.0))
-    thickness = _thickness(points, place[faces[usable]])
+    corners = place[faces[usable]]
+    blocks = [corners[first : first + BLOCK] for first in range(0, max(len(corners), 1), BLOCK)]
+    thickness = np.concatenate([_thickness(points, block) for block in blocks])
+    del corners, blocks
     leave_out(thickness == 0.0, "faces_without_area")
     leave_out(thickness[thickness > 0.0] < NEEDLE, "needles")
     leave_out(_repeat(place[faces[usable]]), "repeated_faces")
@@ -263,9 +268,9 @@ def topology(points: Points, faces: Faces) -> Topology:
     low, high = used.min(axis=0), used.max(axis=0)
     size = max(float(np.max(high - low)), np.finfo(float).tiny)
     points = (points - (low + high) / 2.0) / size
-    directed = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    low, high = directed.min(axis=1), directed.max(axis=1)
-    key = low * len(points) + high
+    directed = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).astype(np.int32)
+    key = directed.min(axis=1) * np.int64(len(points))
+    key += directed.max(axis=1)
     order = np.argsort(key, kind="stable")
     starts = np.flatnonzero(np.concatenate([[True], np.diff(key[order]) != 0]))
     count = np.diff(np.append(starts, len(key)))
@@ -274,8 +279,7 @@ def topology(points: Points, faces: Faces) -> Topology:
     alone = order[starts[count == 1]]
     components, part = _components(directed, faces, len(points))
 
-    a, b, c = (points[faces[:, corner]] for corner in range(3))
-    volume = np.bincount(part, np.einsum("fi,fi->f", a, np.cross(b, c)) / 6.0, components)
+    volume = np.bincount(part, _volumes(points, faces), components)
     sound = np.ones(components, bool)
     sound[part[alone // 3]] = False
     sound[part[order[np.repeat(count, count) > 2] // 3]] = False
@@ -294,7 +298,16 @@ def topology(points: Points, faces: Faces) -> Topology:
     )
 
 
-def _components(directed: Faces, faces: Faces, count: int) -> tuple[int, NDArray[np.int64]]:
+def _volumes(points: Points, faces: Faces) -> NDArray[np.float64]:
+    """(F,) volume of the tetrahedron between each face and the origin."""
+    volumes = np.empty(len(faces))
+    for first in range(0, len(faces), BLOCK):
+        a, b, c = np.moveaxis(points[faces[first : first + BLOCK]], 1, 0)
+        volumes[first : first + BLOCK] = np.einsum("fi,fi->f", a, np.cross(b, c)) / 6.0
+    return volumes
+
+
+def _components(directed: NDArray[np.integer[Any]], faces: Faces, count: int) -> tuple[int, NDArray[np.int64]]:
     """Number of parts, and the part (F,) of each face."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
