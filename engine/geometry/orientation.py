@@ -39,8 +39,10 @@ def find_turned(points: Points, faces: Faces, votes: NDArray[np.float64]) -> Boo
     first, sheet = equal_rows(np.sort(faces, axis=1))
     if len(first) < len(faces):
         return np.asarray(find_turned(points, faces[first], votes[first])[sheet])
-    begin, end = faces.reshape(-1), faces[:, [1, 2, 0]].reshape(-1)  # of each edge
-    key = np.minimum(begin, end) * len(points) + np.maximum(begin, end)
+    del first, sheet
+    corners = faces.astype(np.int32)  # half the memory
+    begin, end = corners.reshape(-1), corners[:, [1, 2, 0]].reshape(-1)  # of each edge
+    key = np.minimum(begin, end) * np.int64(len(points)) + np.maximum(begin, end)
     order = np.argsort(key, kind="stable")
     starts = np.flatnonzero(np.concatenate([[True], np.diff(key[order]) != 0]))
     sizes = np.diff(np.append(starts, len(key)))
@@ -70,8 +72,8 @@ def _colour(count: int, pairs: Faces, clashing: Bools) -> tuple[Faces, Bools]:
     Each face stands for itself and for its other side in a graph of sides that agree: where a patch has two sides,
     its faces fall into two parts.
     """
-    one, other = pairs.T
-    across = np.where(clashing, count, 0)
+    one, other = pairs.T.astype(np.int32)
+    across = np.where(clashing, np.int32(count), np.int32(0))
     rows = np.concatenate([one, one + count])
     sides = _connect(rows, np.concatenate([other + across, other + count - across]), 2 * count)
     front, back = sides[:count], sides[count:]
