@@ -31,8 +31,8 @@ from engine.geometry.mesh_repair import (
     LARGEST,
     SMALLEST,
     Topology,
+    list_used,
     merge_points,
-    number_used,
     topology,
     usable_faces,
     weld,
@@ -348,7 +348,7 @@ def complete(
         None if table is None else table[faces] if table.ndim == 2 else table[usable]
         for table in (normals, uv, colours)
     )
-    used, place_of = number_used(faces, len(positions))
+    used, place_of = list_used(faces, len(positions))
     figures["vertices_without_faces_dropped"] = len(positions) - len(used)
     points, place = merge_points(np.where(np.isfinite(positions), positions, 0.0)[used])
     figures["vertices_at_the_same_place"] = len(place) - len(points)

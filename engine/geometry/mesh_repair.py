@@ -114,8 +114,8 @@ def prepare() -> None:
     only(_match_rows, "Tuple((int32[::1], int64[::1]))(uint64[:, ::1], int32[::1])")
 
 
-def number_used(values: NDArray[np.integer[Any]], count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Which of the numbers below `count` are among `values`, in their order, and the place (count,) of each there."""
+def list_used(values: NDArray[np.integer[Any]], count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Numbers below `count` that are among `values`, in their order, and the place (count,) of each there."""
     is_used = np.zeros(count, np.bool_)
     is_used[values.reshape(-1)] = True
     return np.flatnonzero(is_used), np.cumsum(is_used) - 1
@@ -264,7 +264,7 @@ class Topology:
 
 def topology(points: Points, faces: Faces) -> Topology:
     """Topology of `faces` (F, 3) between different `points` (P, 3)."""
-    used = points[number_used(faces, len(points))[0]]
+    used = points[list_used(faces, len(points))[0]]
     low, high = used.min(axis=0), used.max(axis=0)
     size = max(float(np.max(high - low)), np.finfo(float).tiny)
     points = (points - (low + high) / 2.0) / size
@@ -315,7 +315,7 @@ def _components(directed: NDArray[np.integer[Any]], faces: Faces, count: int) ->
     ones = np.ones(len(directed), np.int8)
     joined = coo_matrix((ones, (directed[:, 0], directed[:, 1])), shape=(count, count))
     label = connected_components(joined, directed=False)[1][faces[:, 0]]
-    parts, place = number_used(label, count)
+    parts, place = list_used(label, count)
     return len(parts), place[label]
 
 

@@ -14,7 +14,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.geometry.mesh_repair import Faces, Points, equal_rows, number_used
+from engine.geometry.mesh_repair import Faces, Points, equal_rows, list_used
 
 Bools = NDArray[np.bool_]
 
@@ -80,7 +80,7 @@ def _colour(count: int, pairs: Faces, clashing: Bools) -> tuple[Faces, Bools]:
     side = np.minimum(front, back)
     first = np.empty(2 * count, np.int64)
     first[side[::-1]] = np.arange(count - 1, -1, -1)  # the last that is written is the first face
-    patch = number_used(side, 2 * count)[1][side]
+    patch = list_used(side, 2 * count)[1][side]
     return patch, np.asarray((front != front[first[side]]) & (front != back))
 
 

@@ -23,7 +23,7 @@ from engine.core.directions import dot
 from engine.core.kernels import scalar
 from engine.geometry.embree import embree_scene
 from engine.geometry.mesh import Mesh
-from engine.geometry.mesh_repair import equal_rows, number_used
+from engine.geometry.mesh_repair import equal_rows, list_used
 
 Floats = NDArray[np.floating[Any]]
 
@@ -73,7 +73,7 @@ class RayCaster:
         self.faces = np.ascontiguousarray(faces, np.int32).reshape(-1, 3)
         if self.faces.size and not 0 <= int(self.faces.min()) <= int(self.faces.max()) < len(self.positions):
             raise ValueError("faces name vertices that do not exist")
-        used = self.positions[number_used(self.faces, len(self.positions))[0]]
+        used = self.positions[list_used(self.faces, len(self.positions))[0]]
         if not np.isfinite(used).all():
             raise ValueError("vertices are not finite")
         low, high = (used.min(axis=0), used.max(axis=0)) if len(used) else (np.zeros(3), np.zeros(3))
