@@ -169,6 +169,13 @@ def _size_of(path: Path) -> tuple[int, int]:
 def _unknown(path: Path) -> InputError:
     if not path.exists():
         return InputError(path, "does not exist", "Check the path, or whether its drive is connected")
+    if path.is_file():
+        from engine.exchange.readers.read import refuse_by_name  # loads readers of materials
+
+        try:
+            refuse_by_name(path)
+        except InputError as error:
+            return error
     if belongs(path):
         return InputError(path, "is not a photograph that Lightarc reads", "Open it together with the photographs")
     return InputError(

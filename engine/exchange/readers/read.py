@@ -73,7 +73,7 @@ def read_material(
 ) -> Steps[Material]:
     """As `open_material`, in steps: decoding large textures takes seconds."""
     if not holds_material(path):
-        _refuse_others(Path(path))
+        refuse_by_name(Path(path))
         return open_bundle(path)
     place, name = split_name(path)
     within = None if search is None else Path(search)
@@ -139,7 +139,7 @@ def _images(described: Described) -> int:
     return sum(isinstance(each, Input) and each.image is not None for each in values)
 
 
-def _refuse_others(path: Path) -> None:
+def refuse_by_name(path: Path) -> None:
     """InputError for a layer of USD, by its first bytes, for what is named for RTI and is not, and for measurements of
     another kind."""
     if path.is_file() and read_head(path, 8)[0].startswith((b"#usda", b"PXR-USDC")):

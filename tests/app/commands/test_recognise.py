@@ -190,3 +190,22 @@ def test_materials_of_other_programs(tmp_path: Path) -> None:
     for name in ("IMG_1.jpg", "IMG_2.jpg", "flat.jpg"):
         (photographs / name).write_bytes(b"\xff\xd8\xff")
     assert one(photographs).kind == "photographs"
+
+
+def test_relightable_images_are_materials_and_other_measurements_are_named(tmp_path: Path) -> None:
+    """PTM and HSH by their endings, a tree by its numbers; what is not read says what it is."""
+    (tmp_path / "coin.ptm").write_bytes(b"PTM_1.2\nPTM_FORMAT_RGB\n")
+    tree = tmp_path / "coin"
+    tree.mkdir()
+    (tree / "info.json").write_text('{"type": "ptm", "nplanes": 18}')
+    (tree / "plane_0.jpg").write_bytes(b"\xff\xd8\xff")
+    for path in (tmp_path / "coin.ptm", tree, tree / "info.json"):
+        assert one(path) == Recognised("material", (path,))
+    for name, content, words in (
+        ("sheer.xml", b"<WindowElement>", "window system"),
+        ("scan.axf", b"\x89HDF\r\n\x1a\n", "AxF"),
+        ("scene.usda", b"#usda 1.0", "USD"),
+    ):
+        (tmp_path / name).write_bytes(content)
+        ((_, problem),) = exclude(recognise([tmp_path / name]))
+        assert words in problem
