@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.core.errors import InputError
+from engine.geometry import mesh_repair
 from engine.geometry.mesh import complete
 from engine.geometry.mesh_repair import INSIDE_OUT, Topology, equal_rows, merge_points, topology, with_count
 
@@ -161,3 +162,17 @@ def test_places_do_not_depend_on_the_sign_of_zero() -> None:
     points, place = merge_points(np.array([[0.0, 1, 0], [-0.0, 1, -0.0], [np.nan, 1, 0]]))
     assert len(points) == 1
     assert place.tolist() == [0, 0, 0]
+
+
+@pytest.mark.parametrize("many", [0, 1 << 16])
+def test_equal_rows_are_those_of_a_search(many: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By sorting and by the table of hashes: sets in the order of their first rows; −0 is 0."""
+    monkeypatch.setattr(mesh_repair, "MANY_ROWS", many)
+    random = np.random.default_rng(4)
+    for count in (1, 7, 1000):
+        rows = random.integers(-2, 3, (count, 3)) * np.array([0.5, -1.0, 1e-300])
+        first, index = mesh_repair.equal_rows(rows)
+        known: dict[tuple[float, ...], int] = {}
+        wanted = [known.setdefault(tuple(row), len(known)) for row in (rows + 0.0).tolist()]
+        assert index.tolist() == wanted
+        assert first.tolist() == [wanted.index(at) for at in range(len(known))]
