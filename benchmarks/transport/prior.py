@@ -27,7 +27,7 @@ from scipy.optimize import minimize
 from benchmarks.transport.generated_scenes import generate_varied
 from benchmarks.transport.predictions import LEFT_OUT, errors_of, measure
 from engine.core.steps import drain
-from engine.planning.choices import BYTE_S, FRAMES, LIGHTS, PIXELS
+from engine.planning.choices import BYTE_S, DIRECTIONS, FRAMES, LIGHTS, PIXELS
 from engine.planning.costs.cost_model import Cost
 from engine.planning.costs.machine_profile import quick_profile
 from engine.planning.costs.setting import Setting, setting_of
@@ -62,7 +62,7 @@ GAUSSIANS, FINE, MAX_VERTICES = 12, 6, 3_000
 
 #: Settings whose errors are measured, the last two over cube maps of an edge of 64.
 ASKED = (
-    *(Setting("direct", {"directions": directions}) for directions in (4, 16, 64, 256)),
+    *(Setting("direct", {"directions": directions}) for directions in DIRECTIONS),
     *(Setting("sh", {"order": order}) for order in (3, 5, 8)),
     *(
         Setting("wavelet", {"terms": terms, "coefficients": kept, "cube": 32})
@@ -289,11 +289,14 @@ DEARER = 1.2
 
 
 def judge_choices(scenes: Sequence[Judged], prior: Prior, budgets: Sequence[float] = BUDGETS) -> dict[str, float]:
-    """Judge what is chosen of the measured settings of each scene, for each budget, by what it counts as.
+    """Judge what is chosen of the measured settings of each scene, for each budget.
 
-    A setting counts as its price, and beyond the budget as that times the square of its error over the budget.
+    At equal error, the best is the cheapest of the settings that are not further off than the chosen one. Beside it
+    stand the shares of choices within the budget, where a setting is, and the cheapest setting within it; and that of
+    choices near the best where a setting beyond the budget counts as its price times the square of its overrun.
     """
-    model, ratios = drain(quick_profile()), []
+    model = drain(quick_profile())
+    equal, counted, within, cheap = [], [], [], []
     for scene in scenes:
         posterior = Posterior(prior, scene.small, scene.predicted)
         errors = {setting: error for setting, error in scene.measured.items() if setting.mode != "reference"}
@@ -303,9 +306,20 @@ def judge_choices(scenes: Sequence[Judged], prior: Prior, budgets: Sequence[floa
         for budget in budgets:
             sure = [each for each in ranked if predicted[each].probability_below(budget) >= SURE]
             chosen = sure[0] if sure else min(ranked, key=lambda each: prices[each] * _overrun(predicted[each], budget))
-            counted = {each: prices[each] * max(1.0, errors[each] / budget) ** 2 for each in ranked}
-            ratios.append(counted[chosen] / min(counted.values()))
-    return {"choices": len(ratios), "within 1.2 of the best": float(np.mean(np.array(ratios) <= DEARER))}
+            equal.append(prices[chosen] / min(prices[each] for each in ranked if errors[each] <= errors[chosen]))
+            counts = {each: prices[each] * max(1.0, errors[each] / budget) ** 2 for each in ranked}
+            counted.append(counts[chosen] / min(counts.values()))
+            meeting = [each for each in ranked if errors[each] <= budget]
+            if meeting:
+                within.append(errors[chosen] <= budget)
+                cheap.append(within[-1] and prices[chosen] <= DEARER * prices[meeting[0]])
+    return {
+        "choices": len(equal),
+        "within 1.2 of the best at equal error": float(np.mean(np.array(equal) <= DEARER)),
+        "within the budget where a setting is": float(np.mean(within)),
+        "within 1.2 of the cheapest within the budget": float(np.mean(cheap)),
+        "within 1.2 of the best by overrun": float(np.mean(np.array(counted) <= DEARER)),
+    }
 
 
 def _overrun(error: Distribution, budget: float) -> float:

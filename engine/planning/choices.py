@@ -72,6 +72,9 @@ SHARE = 0.5
 #: Setting drawn if light of high frequency is left out, and the finest setting of the same kind.
 LOW, HIGH = Setting("sh", {"order": LOW_ORDER}), Setting("sh", {"order": 15})
 
+#: Numbers of directions that may be chosen, by steps of √2: each costs as much more as it has more.
+DIRECTIONS = tuple(round(2.0 ** (0.5 * step)) for step in range(4, 17))
+
 #: Pixels of an image where nobody says.
 PIXELS = 720 * 760
 
@@ -260,7 +263,7 @@ class Choices:
                 yield from self._is_allowed(skipped, setting)
         for mode in MODES.values():
             if mode.spread is not None and not mode.traced and mode.shows_texels == ("mesostructure" not in skipped):
-                for directions in (4, 16, 64, 256):
+                for directions in DIRECTIONS:
                     yield from self._is_allowed(skipped, Setting(mode.name, {"directions": directions}))
 
     def _is_allowed(self, skipped: frozenset[str], setting: Setting) -> Iterator[Setting]:
