@@ -142,6 +142,7 @@ LARGE = (
     "factor-bounds",
     "fits",
     "choices",
+    "tradeoff-choices",
     "steady-plans",
     "predictions",
     "bake-checks",
@@ -174,6 +175,7 @@ ACCURACIES = {
     "factor-bounds": "benchmarks.factor_bounds:bounds",
     "fits": "benchmarks.fits:fits",
     "choices": "benchmarks.transport.choice:choices",
+    "tradeoff-choices": "benchmarks.transport.tradeoff_choice:tradeoff_choices",
     "steady-plans": "benchmarks.transport.steady_plans:steady_plans",
     "predictions": "benchmarks.transport.predictions:predictions",
     "bake-checks": "benchmarks.transport.bake_checks:bake_checks",
@@ -187,6 +189,7 @@ ACCURACIES = {
 #: Options of the command line that a group of errors takes.
 OPTIONS = {
     "choices": ("scenes", "seed", "data"),
+    "tradeoff-choices": ("scenes", "seed"),
     "predictions": ("scenes", "seed", "data", "modes"),
     "bake-checks": ("scenes", "seed", "data", "modes"),
     "window-soak": ("runs", "run_s", "at_once", "seed", "log"),
