@@ -32,6 +32,7 @@ from engine.planning.costs.cost_model import Cost
 from engine.planning.costs.machine_profile import quick_profile
 from engine.planning.costs.setting import Setting, setting_of
 from engine.planning.effects.mode_error import mode_errors
+from engine.planning.plan import QUICK_DIRECTIONS, select_doubtful
 from engine.planning.plan import SMALL as STAGES
 from engine.planning.predicted_error import MIDDLES, spread
 from engine.planning.prior import (
@@ -52,6 +53,16 @@ from engine.tradeoff.draw import drawing
 
 #: Settings of small images.
 SMALL = tuple(setting for stage in STAGES for setting in stage)
+
+#: Settings of small images of which a plan measures those that its first answer asks for.
+FINER = tuple(
+    setting
+    for setting in (
+        *(Setting("direct", {"directions": count}) for count in DIRECTIONS if count <= QUICK_DIRECTIONS),
+        *(Setting("sh", {"order": order}) for order in (3, 5, 12)),
+    )
+    if setting not in SMALL
+)
 
 #: Pixels of the images that count as the truth, and the seconds that their reference may take.
 SIZE, REFERENCE_S = (96, 72), 10.0
@@ -88,7 +99,7 @@ def collect(folder: Path, seed: int) -> dict[str, Any]:
     skipped = frozenset({LEFT_OUT})
     predicted = {each: errors.predict(each, skipped) for each in asked}
     times.append(time.process_time())
-    small = drain(measure_small(scene, [each for each in SMALL if each in asked]))
+    small = drain(measure_small(scene, [each for each in (*SMALL, *FINER) if each in asked]))
     times.append(time.process_time())
     with drawing(SIZE) as drawer:
         measured = measure(scene, asked, drawer, REFERENCE_S)
@@ -114,7 +125,7 @@ def collect_small(path: Path) -> None:
     record = json.loads(path.read_text("utf-8"))
     _, scene = generate_varied(record["seed"])
     asked = {setting_of(each) for each in record["rows"]}
-    record["small"] = as_record(drain(measure_small(scene, [each for each in SMALL if each in asked])))
+    record["small"] = as_record(drain(measure_small(scene, [each for each in (*SMALL, *FINER) if each in asked])))
     write_json(path, record)
 
 
@@ -140,7 +151,10 @@ KNOWN = 0.2
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """A scene that was collected: `predicted`, `measured` and stated `intervals` by setting, and its small images."""
+    """A scene that was collected: by setting what is `predicted`, `measured`, and its stated `intervals`.
+
+    `small` are its small images, `finer` those that are measured where a first choice asks for them.
+    """
 
     seed: int
     scene: str
@@ -149,6 +163,7 @@ class Judged:
     measured: dict[Setting, float]
     intervals: dict[Setting, tuple[float, float]]
     small: dict[Setting, Measured]
+    finer: dict[Setting, Measured]
 
 
 def read_scenes(folder: Path) -> list[Judged]:
@@ -163,6 +178,7 @@ def read_scenes(folder: Path) -> list[Judged]:
             if each["uncertainty"] <= KNOWN * max(each["measured"], MINIMUM)
         }
         small = {setting_of(each): Measured(each["error_rel"], each["deviation"]) for each in record["small"]}
+        finer = {setting: each for setting, each in small.items() if setting in FINER}
         small = {setting: each for setting, each in small.items() if setting in SMALL}
         found.append(
             Judged(
@@ -173,6 +189,7 @@ def read_scenes(folder: Path) -> list[Judged]:
                 {setting: each["measured"] for setting, each in known.items()},
                 {setting: tuple(each["interval"]) for setting, each in rows.items()},
                 small,
+                finer,
             )
         )
     return found
@@ -292,20 +309,27 @@ def judge_choices(scenes: Sequence[Judged], prior: Prior, budgets: Sequence[floa
     """Judge what is chosen of the measured settings of each scene, for each budget.
 
     At equal error, the best is the cheapest of the settings that are not further off than the chosen one. Beside it
-    stand the shares of choices within the budget, where a setting is, and the cheapest setting within it; and that of
-    choices near the best where a setting beyond the budget counts as its price times the square of its overrun.
+    stand the stated intervals of the choices; the shares of choices within the budget, where a setting is, and near
+    the cheapest setting within it; and that of choices near the best where a setting beyond the budget counts as its
+    price times the square of its overrun.
     """
     model = drain(quick_profile())
-    equal, counted, within, cheap = [], [], [], []
+    equal, counted, within, cheap, width, inside = [], [], [], [], [], []
     for scene in scenes:
         posterior = Posterior(prior, scene.small, scene.predicted)
         errors = {setting: error for setting, error in scene.measured.items() if setting.mode != "reference"}
         prices = {each: _price(model.predict(each, scene.vertices, PIXELS)) for each in errors}
-        predicted = {each: posterior.condition(each, scene.predicted[each]) for each in errors}
         ranked = sorted(errors, key=lambda each: prices[each])
         for budget in budgets:
-            sure = [each for each in ranked if predicted[each].probability_below(budget) >= SURE]
-            chosen = sure[0] if sure else min(ranked, key=lambda each: prices[each] * _overrun(predicted[each], budget))
+            chosen, known = _choose(posterior, prices, scene, budget), posterior
+            asked = select_doubtful(chosen, scene.small)
+            finer = {each: scene.finer[each] for each in asked if each in scene.finer}
+            if finer:
+                known = Posterior(prior, {**scene.small, **finer}, scene.predicted)
+                chosen = _choose(known, prices, scene, budget)
+            low, high = known.condition(chosen, scene.predicted[chosen]).interval
+            width.append(high / low)
+            inside.append(low <= max(errors[chosen], MINIMUM) <= high)
             equal.append(prices[chosen] / min(prices[each] for each in ranked if errors[each] <= errors[chosen]))
             counts = {each: prices[each] * max(1.0, errors[each] / budget) ** 2 for each in ranked}
             counted.append(counts[chosen] / min(counts.values()))
@@ -315,11 +339,21 @@ def judge_choices(scenes: Sequence[Judged], prior: Prior, budgets: Sequence[floa
                 cheap.append(within[-1] and prices[chosen] <= DEARER * prices[meeting[0]])
     return {
         "choices": len(equal),
+        "width of the choice": float(np.median(width)),
+        "coverage of the choice": float(np.mean(inside)),
         "within 1.2 of the best at equal error": float(np.mean(np.array(equal) <= DEARER)),
         "within the budget where a setting is": float(np.mean(within)),
         "within 1.2 of the cheapest within the budget": float(np.mean(cheap)),
         "within 1.2 of the best by overrun": float(np.mean(np.array(counted) <= DEARER)),
     }
+
+
+def _choose(posterior: Posterior, prices: dict[Setting, float], scene: Judged, budget: float) -> Setting:
+    """The cheapest setting that almost surely meets a budget, or the least price times mean overrun."""
+    predicted = {each: posterior.condition(each, scene.predicted[each]) for each in prices}
+    ranked = sorted(prices, key=lambda each: prices[each])
+    sure = [each for each in ranked if predicted[each].probability_below(budget) >= SURE]
+    return sure[0] if sure else min(ranked, key=lambda each: prices[each] * _overrun(predicted[each], budget))
 
 
 def _overrun(error: Distribution, budget: float) -> float:
@@ -341,8 +375,7 @@ def main() -> None:
     arguments.folder.mkdir(parents=True, exist_ok=True)
     if arguments.verb == "small":
         for path in sorted(arguments.folder.glob("*.json")):
-            if len(json.loads(path.read_text("utf-8"))["small"]) < 5:
-                collect_small(path)
+            collect_small(path)
         return
     if arguments.verb == "fit":
         learn(arguments.folder)

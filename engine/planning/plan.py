@@ -32,6 +32,7 @@ from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap
 from engine.planning.ceilings import Ceilings, usual
 from engine.planning.choices import (
+    DIRECTIONS,
     FRAMES,
     HIGH,
     LOW,
@@ -44,7 +45,7 @@ from engine.planning.choices import (
 )
 from engine.planning.costs.cost_model import Cost, CostModel
 from engine.planning.costs.planned import planning_of
-from engine.planning.costs.setting import Setting, shows
+from engine.planning.costs.setting import Setting, parameters_of, shows
 from engine.planning.effects.estimates import EFFECTS, Estimate, Scenery, estimates, scenery
 from engine.planning.effects.simplified import (
     Brushed,
@@ -55,8 +56,10 @@ from engine.planning.effects.simplified import (
     lambertian,
 )
 from engine.planning.predicted_error import REFERENCE_DEPTH, depth_of, shows_bounces
+from engine.planning.prior import direct_light
 from engine.planning.small_images import Measured, measure_small
 from engine.scene.material import Material
+from engine.scene.mode import DIRECT
 from engine.scene.scene import Scene
 from engine.transport import method as transport
 from engine.transport.baking.spatially_varying import Variation, with_parameters
@@ -77,6 +80,9 @@ SMALL = (
     (*(Setting("direct", {"directions": directions}) for directions in (4, 16, 64)), Setting("sh", {"order": 8})),
     tuple(Setting("wavelet", {"terms": terms, "coefficients": kept, "cube": 32}) for terms, kept in ((1, 24), (4, 96))),
 )
+
+#: Directions up to which a small image is soon drawn.
+QUICK_DIRECTIONS = 128
 
 #: Modes whose errors take seconds to predict.
 SLOW = ("gaussian",)
@@ -274,25 +280,48 @@ def plan_in_steps(
         if found.satisfied:
             break
         yield Step(share, ANALYSING)
+    if error is not None and (further := select_doubtful(found.setting, small)):
+        small |= yield from part(small_errors(shown, further), 0.9, 1.0)
+        found = plan_of(*asked, small)
     return found
+
+
+def select_doubtful(chosen: Setting, small: Mapping[Setting, Measured]) -> tuple[Setting, ...]:
+    """Settings of which small images settle whether a choice is right: those that are soon drawn.
+
+    Of directions, fewer than the chosen ones, down to the number that was measured before: which lights stand for an
+    environment changes with their number, so that errors lie on no curve. Of harmonics, the chosen order and the one
+    below it, where that was not measured.
+    """
+    if chosen.mode == DIRECT.name:
+        most = chosen["directions"]
+        measured = [each["directions"] for each in small if each.mode == chosen.mode and each["directions"] < most]
+        counts = [each for each in DIRECTIONS if max(measured, default=0) < each <= min(most, QUICK_DIRECTIONS)]
+        return tuple(each for count in counts if (each := chosen.replace(directions=count)) not in small)
+    if "order" in chosen.parameters:
+        plain = direct_light(chosen)
+        below = [each for each in parameters_of(chosen.mode)["order"].sweep if each < chosen["order"]]
+        if plain not in small:
+            found = (plain.replace(order=order) for order in (*below[-1:], chosen["order"]))
+            return tuple(each for each in found if each not in small)
+    return ()
 
 
 def small_errors(scene: Scene, settings: tuple[Setting, ...]) -> Steps[Mapping[Setting, Measured]]:
     """The errors of small images of those of `settings` that can draw the scene; remembered, some 2 s."""
     place = scene.environment, scene.environment_rotation, scene.ground
-    kept = _recall_small(scene.mesh, scene.camera, scene.brdf, place, settings)
-    if not kept:
-        can_draw = [each.mode not in transport.names() or planning_of(each.mode).can_draw(scene) for each in settings]
-        asked = [each for each, can in zip(settings, can_draw, strict=True) if can]
-        kept.update((yield from measure_small(scene, asked)))
-    return kept
+    kept = _recall_small(scene.mesh, scene.camera, scene.brdf, place)
+    new = [each for each in settings if each not in kept]
+    can_draw = [each.mode not in transport.names() or planning_of(each.mode).can_draw(scene) for each in new]
+    asked = [each for each, can in zip(new, can_draw, strict=True) if can]
+    if asked:
+        kept |= {**dict.fromkeys(new), **(yield from measure_small(scene, asked))}
+    return {each: found for each in settings if (found := kept.get(each)) is not None}
 
 
 @remember(8)
-def _recall_small(
-    _mesh: Mesh, _camera: Camera, _brdf: Brdf, _place: tuple[Any, ...], _settings: tuple[Setting, ...]
-) -> dict[Setting, Measured]:
-    """Errors that have been measured for these arguments; empty at first."""
+def _recall_small(_mesh: Mesh, _camera: Camera, _brdf: Brdf, _place: tuple[Any, ...]) -> dict[Setting, Measured | None]:
+    """Errors that have been measured for these arguments, None of those that noise hides; empty at first."""
     return {}
 
 

@@ -116,6 +116,11 @@ class Distribution:
         return float(np.interp(at, self.quantiles, LEVELS))
 
 
+def direct_light(setting: Setting) -> Setting:
+    """The setting without light from the model itself: small images are of direct light."""
+    return setting.replace(interreflection=0) if setting.parameters.get("interreflection") else setting
+
+
 def normal(low: float, high: float) -> Distribution:
     """The log-normal distribution of which 95 of 100 are between `low` and `high`."""
     low, high = max(low, 1e-2 * MINIMUM), max(high, 1e-2 * MINIMUM)
@@ -154,7 +159,7 @@ class Posterior:
         found = 0.0 if is_traced(one.mode) or is_traced(other.mode) else self.prior.common**2
         if one.mode == other.mode:
             own = self.prior.select(one.mode)
-            found += own.scene**2 + (own.own**2 if one == other else 0.0)
+            found += own.scene**2 + (own.own**2 if direct_light(one) == direct_light(other) else 0.0)
         return found
 
     @cached_property
