@@ -37,7 +37,7 @@ SAMPLINGS, ALBEDO, COLOUR = 12, 0.05, 3.0
 MODELS_TRIED = ("ggx", "ggx-anisotropic", "ashikhmin-shirley", "lafortune")
 
 #: Normals of the sphere, and directions of light for each.
-NORMALS, LIGHTS = 48, 1024
+NORMALS, LIGHTS = 400, 1024
 
 #: XYZ of the white of sRGB.
 _D65 = np.array([0.95047, 1.0, 1.08883])

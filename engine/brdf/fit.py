@@ -4,7 +4,8 @@ The residual of a sample and channel is the difference of g(f cos(theta_i)) betw
 
     joint    as log, but differences above `ROBUST` count by their size and not its square; beside it the logarithm of
              the albedo at several angles, where it is off by more than it is known to, with so much weight that it all
-             but holds, and the logarithm of what rises above the ceiling of the samples (`engine.brdf.ceiling`)
+             but holds, that of the light of a sphere in `SKIES`, with less weight, and the logarithm of what rises
+             above the ceiling of the samples (`engine.brdf.ceiling`)
     log      log(1 + f cos(theta_i) / m), m the median of the data's luminance f cos(theta_i): every part counts,
              the dim ones as much as the highlight (after Low2012)
     cosine   f cos(theta_i) / RMS of the data: what light carries; a highlight outweighs all else
@@ -23,6 +24,7 @@ user starts from is among the starts, so that a fit never ends worse than it beg
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Generic, Literal, TypeVar
 
@@ -40,6 +42,7 @@ from engine.core.errors import UsageError
 from engine.core.params import Parameter, parameters
 from engine.core.steps import Step, Steps, part
 from engine.core.summary import Summary
+from engine.light.sky import softboxes, studio
 
 Floats = NDArray[np.float64]
 Weighting = Literal["joint", "log", "cosine"]
@@ -50,17 +53,20 @@ WEIGHTINGS: tuple[Weighting, ...] = ("joint", "log", "cosine")
 
 #: Difference of logarithms above which it counts by its size in the joint norm.
 ROBUST = 0.5
-#: Weight there, beside that of all samples together, of the logarithm of the albedo under even light, of those of
-#: single beams, and of what rises above the ceiling; and the least albedo that counts.
-CONSTRAINT, BEAM, OVERSHOOT, DARKEST = 20.0, 1.0, 0.1, 2e-3
+#: Weight there, beside that of all samples together, of the logarithm of the albedo under even light, of the light
+#: of a sphere in `SKIES`, of the albedo of single beams, and of what rises above the ceiling; the least albedo that
+#: counts.
+CONSTRAINT, SHOWN, BEAM, OVERSHOOT, DARKEST = 20.0, 2.0, 1.0, 0.1, 2e-3
 #: Share by which the albedo may be wrong: always, for each of the error that left-out samples have, and at most.
-KNOWN, LEFT_OUT, MAX_DOUBT = 0.01, 0.1, 0.03
+KNOWN, LEFT_OUT, MAX_DOUBT = 0.005, 0.1, 0.03
 #: Albedo above which something is wrong with the data; estimates of it are off by a few per cent.
 MOST = 1.1
 #: Angles of the beams whose albedo is taken, their azimuths where the BRDF is brushed, and directions for each.
 BEAMS, AROUND, DIRECTIONS = np.radians([10.0, 25.0, 40.0, 55.0, 70.0]), 4, 512
 #: Roughness of the half vectors that are drawn for them beside a cosine lobe.
-_ROUGHNESS = (0.4, 0.12, 0.03)
+_ROUGHNESS = (0.4, 0.12, 0.03, 0.006)
+#: Skies in which a sphere has to look alike, and sides of it for each angle of a beam.
+SKIES, SIDES = (studio, softboxes), 8
 
 STARTS = 64
 REFINED = 4
@@ -81,7 +87,10 @@ class Beams:
     wi, wo : (B, D, 3) unit directions above the horizon, `wi` the same for each beam.
     weight : (B, D) in sr: Σ f weight over D is the albedo.
     albedo : (B, 3) of the data, of what is not negative.
+    lit : (L, B, D, 3) in sr: as `weight`, times the light of each of `SKIES` that a sphere gets from there where it
+        turns the beam to the viewer, over that of a white sphere.
     doubt : share by which the albedo may be wrong.
+    seen : (L, 3) share of the light of the white sphere that one of the data shows.
     ceiling : (B, D, 3) in 1/sr, what the values may not exceed; infinite where nothing bounds them.
     """
 
@@ -89,6 +98,8 @@ class Beams:
     wo: Vectors
     weight: Floats
     albedo: Floats
+    lit: Floats
+    seen: Floats
     doubt: float
     ceiling: Floats
 
@@ -174,7 +185,7 @@ def beams_of(brdf: Brdf, data: FitData, *, seed: int = 0) -> Beams | None:
         CosineLobe(),
         *(HalfVectorLobe(GaussianHalfVectors(alpha, alpha)) for alpha in _ROUGHNESS),
     )
-    sampler = Mixture(lobes, (0.4, 0.2, 0.2, 0.2))
+    sampler = Mixture(lobes, (0.4, 0.2, 0.15, 0.15, 0.1))
     azimuths = np.zeros(1) if brdf.isotropic else np.pi * (np.arange(AROUND) + 0.5) / AROUND
     beams = surface_direction(*(each.ravel() for each in np.meshgrid(BEAMS, azimuths)))
     points = qmc.Sobol(3, seed=np.random.default_rng(seed)).random_base2(int(np.log2(DIRECTIONS)))
@@ -193,7 +204,35 @@ def beams_of(brdf: Brdf, data: FitData, *, seed: int = 0) -> Beams | None:
         above = ceiling_of(data.wi, data.wo, np.maximum(data.value, 0.0), reciprocal=brdf.reciprocal)
         ceiling = np.maximum(above.look_up(wi, wo), 1e-12)
     doubt = KNOWN + LEFT_OUT * float(getattr(brdf, "leave_one_out", 0.0))
-    return Beams(wi, wo, weight, albedo, min(doubt, MAX_DOUBT), ceiling)
+    lit = np.stack([_light(sky, beams, wo) for sky in SKIES]) * weight[..., None]
+    share = _shares(beams)
+    lit /= np.einsum("b,lbdc->lc", share, lit)[:, None, None] / np.pi
+    seen = np.einsum("b,bdc,lbdc->lc", share, np.maximum(brdf.f(wi, wo), 0.0), lit)
+    return Beams(wi, wo, weight, albedo, lit, seen, min(doubt, MAX_DOUBT), ceiling)
+
+
+def _shares(beams: Floats) -> Floats:
+    """(B,) what the beams have of the area that a sphere shows, and of the light that comes evenly from all sides."""
+    share = beams[:, 2] * np.hypot(beams[:, 0], beams[:, 1])
+    return np.asarray(share / share.sum())
+
+
+def _light(sky: Callable[[Vectors], Vectors], beams: Floats, wo: Floats) -> Floats:
+    """(B, D, 3) radiance of a sky from `wo` (B, D, 3) in the frames of a sphere, each beam turned to +Z.
+
+    It is the mean over all sides of the sphere where the beam is as far from the normal.
+    """
+    total = np.zeros(wo.shape)
+    angle = 2.0 * np.pi * (np.arange(SIDES) + 0.5) / SIDES
+    for beam, (towards, light) in enumerate(zip(wo, total, strict=True)):
+        across = normalize(beams[beam] * (1.0, 1.0, 0.0))
+        own = np.stack([across, np.cross((0.0, 0.0, 1.0), across), (0.0, 0.0, 1.0)])  # the beam is in the plane of two
+        sine, cosine = np.hypot(*beams[beam, :2]), beams[beam, 2]
+        for cos, sin in zip(np.cos(angle), np.sin(angle), strict=True):
+            normal = np.array([-sine * cos, -sine * sin, cosine])
+            tangent = np.array([cosine * cos, cosine * sin, sine])
+            light += sky((towards @ own.T) @ np.stack([tangent, np.cross(normal, tangent), normal]))
+    return total / SIDES
 
 
 def sample(brdf: Brdf, *, count: int = MANY, seed: int = 0) -> FitData:
@@ -285,12 +324,12 @@ class _Objective:
         values = brdf.f(beams.wi, beams.wo)
         albedo = np.maximum(np.einsum("bdc,bd->bc", values, beams.weight), 0.0)
         change = _beyond(np.log((albedo + DARKEST) / (beams.albedo + DARKEST)), beams.doubt)
-        # what each beam has of the light that comes evenly from all sides
-        share = np.sin(2.0 * np.arccos(beams.wi[:, 0, 2]))
-        share = (share / share.sum())[None]
-        whole = _beyond(np.log((share @ albedo + DARKEST) / (share @ beams.albedo + DARKEST)), beams.doubt)
+        share = _shares(beams.wi[:, 0])
+        even = _beyond(np.log((share @ albedo + DARKEST) / (share @ beams.albedo + DARKEST)), beams.doubt)[None]
+        seen = np.maximum(np.einsum("b,bdc,lbdc->lc", share, values, beams.lit), 0.0)
+        shown = _beyond(np.log((seen + DARKEST) / (beams.seen + DARKEST)), beams.doubt)
         above = np.log(np.maximum(values / beams.ceiling, 1.0)).reshape(-1, 3)
-        weighted = ((CONSTRAINT, whole), (BEAM, change), (OVERSHOOT, above))
+        weighted = ((CONSTRAINT, even), (SHOWN, shown), (BEAM, change), (OVERSHOOT, above))
         return [weight * np.sqrt(len(self.data.wi) / len(rows)) * rows for weight, rows in weighted]
 
 

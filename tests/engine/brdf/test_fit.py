@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -18,6 +19,11 @@ from engine.brdf.table import DirectionTable
 from engine.core.directions import surface_direction
 from engine.core.params import parameters
 from engine.core.steps import drain
+from engine.geometry.camera import frame
+from engine.geometry.shapes import sphere as make_sphere
+from engine.light.sky import make_built_in
+from engine.render.reference import reference
+from engine.scene.scene import Scene
 
 TRUTHS = (
     "lambert:albedo=0.2/0.5/0.9",
@@ -147,3 +153,18 @@ def test_a_table_of_grazing_directions_alone_is_fitted_between_them() -> None:
     theta, phi = np.radians([88.0, 89.0]), np.radians([0.0, 180.0])
     table = DirectionTable(theta, phi, theta, phi, np.full((2, 2, 2, 2, 3), 0.1), np.zeros((2, 2, 2, 2), bool))
     assert len(fit_data(table, count=50).value) == 50
+
+
+def test_the_light_of_a_sphere_in_the_studio_is_that_of_its_image() -> None:
+    """The beams of a fit beside the mean of a path-traced image of a sphere, over that of a white one."""
+    brdf = brdf_from_text("ggx:kd=0.3/0.2/0.1,alpha=0.4,f0=0.1/0.3/0.6")
+    beams = beams_of(brdf, sample(brdf, count=100))
+    assert beams is not None
+    means = []
+    for shown in (brdf, brdf_from_text("lambert:albedo=1")):
+        mesh = make_sphere()
+        far = replace(frame(mesh.positions), eye=(0.0, 0.0, 100.0), target=(0.0, 0.0, 0.0), fov_deg=1.3)
+        scene = Scene(mesh, far, shown, environment=make_built_in("studio"))
+        found = drain(reference(scene, (48, 48), samples=64, max_depth=1))
+        means.append(found.image[..., :3].sum(axis=(0, 1), dtype=np.float64))
+    np.testing.assert_allclose(beams.seen[0], means[0] / means[1], rtol=0.03)
