@@ -64,7 +64,8 @@ def worst_places(stack: ImageStack, used: NDArray[np.int64], predict: Predict) -
         out, row, column = (int(each) for each in np.unravel_index(int(squares.argmax()), squares.shape))
         if not squares[out, row, column] > 0.0:
             break
-        found.append(Place(out, row * step, column * step, edge))
+        # Texels of the last cell of the grid may be fewer than `step`.
+        found.append(Place(out, min(row * step, height - edge), min(column * step, width - edge), edge))
         squares[out] = 0.0
         near = np.s_[:, max(0, row - across + 1) : row + across, max(0, column - across + 1) : column + across]
         squares[near] = 0.0

@@ -64,3 +64,18 @@ def test_the_sheet_has_two_rows_for_each_place() -> None:
     assert one.shape[1] == WIDTH
     none = worst_sheet([], "planes-1")
     assert len(two) - len(one) == len(one) - len(none)
+
+
+@pytest.mark.parametrize("shape", [(211, 219), (210, 214)])
+def test_a_place_at_the_border_lies_within_the_photographs(shape: tuple[int, int]) -> None:
+    stack = dome(12, *shape)
+
+    def predict(texels: Texels, out: int) -> np.ndarray:
+        corner = (texels.rows >= shape[0] - 8) & (texels.columns >= shape[1] - 8) & (out == 3)
+        return texels.codes[out] + np.where(corner, 20.0, 0.0)[:, None]
+
+    candidate = Candidate("planes-1", 1.0, 1.0, 1, 1, 0.0, predict)
+    (place,) = drain(worst_places(stack, ALL, predict))
+    assert place.row + place.edge <= shape[0]
+    assert place.column + place.edge <= shape[1]
+    assert len(drain(select_seen_places(stack, ALL, [candidate], [place]))) == 1
