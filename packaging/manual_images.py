@@ -46,6 +46,11 @@ STATES = {
 #: Files that the commands of a tutorial leave, and the images that are made of them.
 MADE = {
     "first-material": {"woven.png": "woven"},
+    "desk-lamp": {"felt.png": "felt"},
+    "dome": {"from-right.png": "dome-right", "from-left.png": "dome-left"},
+    "colour-chart": {"chart.png": "chart"},
+    "inscription": {"grazing.png": "medal-grazing"},
+    "accuracy": {"difference.png": "difference", "tradeoff/tradeoff.png": "front"},
 }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -69,3 +70,17 @@ def test_commands_are_found_in_blocks_of_all_kinds(tmp_path: Path) -> None:
 @pytest.mark.parametrize("page", RUN, ids=[page.stem for page in RUN])
 def test_the_commands_of_a_page_run_one_after_another(page: Path, tmp_path: Path) -> None:
     manual_commands.run_commands(page, tmp_path)
+
+
+def test_every_message_that_the_manual_explains_is_one_of_the_program() -> None:
+    sources = [
+        path.read_text(encoding="utf-8") for folder in ("app", "engine") for path in (PROJECT / folder).rglob("*.py")
+    ]
+    written = re.sub(r'"\s*\n\s*f?"', "", "\n".join(sources))
+    page = (PROJECT / "docs" / "manual" / "messages.md").read_text(encoding="utf-8")
+    messages = re.findall(r"^\| `([^`]*)` \|", page, re.MULTILINE)
+    assert len(messages) > 15
+    missing = [
+        (message, part) for message in messages for part in message.split("…") if part.strip(" ,") not in written
+    ]
+    assert missing == []
