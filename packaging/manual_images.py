@@ -77,6 +77,9 @@ def photograph_window() -> None:
     keep(window, "window-start")
     with_work(window)
     for name in states(window):
+        if name == "export-elsewhere":
+            window.export.elsewhere.ask()
+            wait_until(lambda: not window.bench.jobs.active)
         if name in STATES:
             keep(window, STATES[name])
     with tempfile.TemporaryDirectory() as folder:

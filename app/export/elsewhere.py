@@ -445,9 +445,11 @@ class Elsewhere(QWidget):
         return bool(chosen)
 
     def _show_folder(self) -> None:
-        folder = str(self.bench.output_folder)
-        self.place.setText(self.place.fontMetrics().elidedText(folder, Qt.TextElideMode.ElideMiddle, WITHIN_PX))
-        self.place.setToolTip(folder)
+        folder = self.bench.output_folder
+        home = Path(os.path.expanduser("~"))  # noqa: PTH111 - Path.home raises without one
+        shown = str(Path("~", folder.relative_to(home)) if folder.is_relative_to(home) else folder)
+        self.place.setText(self.place.fontMetrics().elidedText(shown, Qt.TextElideMode.ElideMiddle, WITHIN_PX))
+        self.place.setToolTip(str(folder))
         self._update()
 
     def _update(self, words: str = "") -> None:
