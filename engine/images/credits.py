@@ -35,7 +35,7 @@ _PROPERTIES: Mapping[str, tuple[str, ...]] = {
 _NUMBERS = {"title": 5, "author": 80, "copyright": 116, "source": 115}
 
 _CREATIVE_COMMONS = re.compile(
-    r"https?://(?:www\.)?creativecommons\.org/(licenses|publicdomain)/([a-z+-]{2,20})/(\d\.\d)(?:/[a-z./]{0,30})?"
+    r"https?://(?:www\.)?creativecommons\.org/(licenses|publicdomain)/([a-z+-]{2,20}+)/(\d\.\d)(?:/[a-z./]{0,30}+)?"
 )
 
 

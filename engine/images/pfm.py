@@ -14,7 +14,9 @@ from engine.core.errors import InputError
 from engine.images.raster import Raster, check_size
 from engine.storage.untrusted import AGAIN
 
-_HEADER = re.compile(rb"P([Ff])\s{1,9}(\d{1,9})\s{1,9}(\d{1,9})\s{1,9}([-+]?[0-9.]{1,20}(?:[eE][-+]?\d{1,3})?)\s")
+_HEADER = re.compile(
+    rb"P([Ff])\s{1,9}+(\d{1,9}+)\s{1,9}+(\d{1,9}+)\s{1,9}+([-+]?[0-9.]{1,20}+(?:[eE][-+]?\d{1,3}+)?)\s"
+)
 
 
 def read_pfm(content: bytes, name: str) -> Raster:

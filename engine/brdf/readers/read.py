@@ -84,7 +84,7 @@ _OTHERS = (
     ),
     (
         re.compile(
-            rb"\A(?:#[^\n]{0,200}\n){0,50}Source\s{1,20}(?:Measured|Calculated)\b.{0,2000}?ScatterType", re.DOTALL
+            rb"\A(?:#[^\n]{0,200}+\n){0,50}+Source\s{1,20}+(?:Measured|Calculated)\b.{0,400}?ScatterType", re.DOTALL
         ),
         "is a BSDF of Zemax",
         "Write its values as a table of angles and colours (.csv)",

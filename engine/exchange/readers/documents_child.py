@@ -28,7 +28,7 @@ Kind = Literal["materialx", "gltf", "mtl"]
 _TEXT_LIMIT_BYTES = 4 << 20
 
 #: An element that includes another document, and the most of them.
-_INCLUDE, _MAX_INCLUDED = re.compile(rb'<xi:include[^<>]{1,200}?href="([^"<>]{1,300})"'), 32
+_INCLUDE, _MAX_INCLUDED = re.compile(rb'<xi:include[^<>]{1,200}?href="([^"<>]{1,300}+)"'), 32
 
 _REMEDIES = {
     "materialx": "Copy the textures beside the document, or name their folder with --search",

@@ -46,7 +46,7 @@ _NOT_DRAWN = {
 }
 
 _NORMALS = re.compile(r"norm|nrm|_n\.", re.IGNORECASE)
-_NAMED = re.compile(rb"^[ \t]*(usemtl|mtllib)[ \t]+([^\r\n]*)", re.MULTILINE)
+_NAMED = re.compile(rb"^[ \t]{0,40}+(usemtl|mtllib)[ \t]{1,40}+([^\r\n]{0,1000}+)", re.MULTILINE)
 
 Material = dict[str, str]
 
