@@ -26,7 +26,6 @@ from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.planning.costs.setting import Setting
 from engine.transport.baking.check import NOT_COMPARED, BakeCheck, warnings_at_render, warnings_of_check
-from engine.transport.baking.file_header import estimate_packed_bytes
 from engine.transport.method import Method, Relight, Subject, method_of
 
 if TYPE_CHECKING:
@@ -234,9 +233,7 @@ class Estimate:
     @property
     def size_bytes(self) -> int:
         """Size of the file, roughly."""
-        return (
-            estimate_packed_bytes(self.wanted.choices.method.name, self.work.size_bytes) if self.work is not None else 0
-        )
+        return self.wanted.choices.method.estimate_file_bytes(self.work.size_bytes) if self.work is not None else 0
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,7 +32,6 @@ from engine.core.steps import Step, Steps, part
 from engine.geometry.ray_caster import RayCaster
 from engine.planning.costs.setting import Setting
 from engine.scene.scene import Scene
-from engine.transport.baking.file_header import estimate_packed_bytes
 from engine.transport.baking.visibility import Receivers, receivers
 from engine.transport.method import Subject, method_of, methods_with
 from engine.transport.relight import RelightTransport, light_of
@@ -267,7 +266,7 @@ def _finish(member: _Member, rays: _Rays) -> Bake:
         transport,
         taken_s,
         memory,
-        estimate_packed_bytes(member.setting.mode, work.size_bytes),
+        method_of(member.setting.mode).estimate_file_bytes(work.size_bytes),
         _another_s(member.setting, transport, taken_s, another_s),
     )
 
@@ -308,7 +307,14 @@ def bake_alone(
     memory = sum(array.nbytes for array in baking.hold(transport))
     another_s = _another_s(setting, transport, taken_s, taken_s * (1.0 - made.visibility_s / made.bake_s))
     return [
-        Bake(setting, transport, taken_s, memory, estimate_packed_bytes(setting.mode, whole.size_bytes), another_s)
+        Bake(
+            setting,
+            transport,
+            taken_s,
+            memory,
+            method_of(setting.mode).estimate_file_bytes(whole.size_bytes),
+            another_s,
+        )
     ], []
 
 

@@ -46,7 +46,7 @@ class Entry(NamedTuple):
     stored: str
     name: str
     size_bytes: int
-    estimate_packed_bytes: int
+    packed_bytes: int
     attributes: int
     flags: int
     method: int
@@ -224,7 +224,7 @@ def check_entry(path: Path, entry: Entry, remedy: str) -> None:
         raise InputError(path, f"{name} is encrypted", "Ask for it without a password")
     if entry.method not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise InputError(path, f"{name} is packed by an unknown method", "Pack it with deflate or not at all")
-    if entry.size_bytes > RATIO_LIMIT * entry.estimate_packed_bytes + RATIO_FLOOR_BYTES:
+    if entry.size_bytes > RATIO_LIMIT * entry.packed_bytes + RATIO_FLOOR_BYTES:
         raise InputError(path, f"{name} would unpack to more than {RATIO_LIMIT} times its size", remedy)
 
 

@@ -225,13 +225,13 @@ def _check_names(path: Path, members: Iterable[_Member]) -> None:
             raise InputError(path, f"holds a member with an impossible name, {show(name)}", _REMEDY)
 
 
-def _check_sizes(path: Path, members: Sequence[_Member], estimate_packed_bytes: int) -> None:
+def _check_sizes(path: Path, members: Sequence[_Member], packed_bytes: int) -> None:
     total = sum(member.size_bytes for member in members)
-    if total > min(TOTAL_LIMIT_BYTES, RATIO_LIMIT * estimate_packed_bytes + RATIO_FLOOR_BYTES):
-        raise _too_large(path, total, estimate_packed_bytes)
+    if total > min(TOTAL_LIMIT_BYTES, RATIO_LIMIT * packed_bytes + RATIO_FLOOR_BYTES):
+        raise _too_large(path, total, packed_bytes)
 
 
-def _too_large(path: Path, total_bytes: int, estimate_packed_bytes: int) -> InputError:
+def _too_large(path: Path, total_bytes: int, packed_bytes: int) -> InputError:
     if total_bytes > TOTAL_LIMIT_BYTES:
         problem = f"would unpack to more than {TOTAL_LIMIT_BYTES >> 30} GiB"
         return InputError(path, problem, "Unpack it yourself and give the folder")

@@ -179,6 +179,7 @@ class Method:
     dear : the parameter that costs most, about whose cheapest value a sweep turns all others as well.
     frames : kinds of frames whose rates a machine profile holds, each with the parameters at which it is measured: the
         numbers of coefficients, terms or lobes with which the cost of a frame grows.
+    packed_share : bytes of a file over those of its arrays, as measured: what is said of a bake before it is made.
     mark : of its points in plots (pyqtgraph's name of it, and the sign that is nearest to it).
     """
 
@@ -201,9 +202,14 @@ class Method:
     near_light: bool = False
     shares_rays: bool = False
     dear: str = ""
+    packed_share: float = 1.0
     mark: tuple[str, str] = ("+", "+")
     frames: Mapping[str, tuple[int, ...]] = field(default_factory=lambda: MappingProxyType({}))
     abbreviation: str = ""
+
+    def estimate_file_bytes(self, unpacked: int) -> int:
+        """Bytes, roughly, of the file of a bake whose unfinished file has so many."""
+        return round(self.packed_share * unpacked)
 
     @property
     def baking(self) -> Baking:
@@ -259,6 +265,7 @@ METHODS: tuple[Method, ...] = (
         on_cluster=True,
         near_light=True,
         shares_rays=True,
+        packed_share=0.3,
         mark=("o", "●"),
         frames=MappingProxyType({"sh": (9, 144), "sh-flat": (25,)}),
     ),
@@ -279,6 +286,7 @@ METHODS: tuple[Method, ...] = (
         on_cluster=True,
         shares_rays=True,
         dear="cube",
+        packed_share=0.21,
         mark=("s", "■"),
         frames=MappingProxyType({"wavelet": (1, 8)}),
         abbreviation="Wavel",
@@ -298,6 +306,7 @@ METHODS: tuple[Method, ...] = (
         _GLOSSY | {"self-shadowing", "interreflection", "all-frequency-light", "spatially-varying-gloss"},
         always=frozenset({"self-shadowing", "glossy", "anisotropy"}),
         variations=ANY_NUMBER,
+        packed_share=0.56,
         mark=("t1", "▲"),
         frames=MappingProxyType({"gaussian": (1, 6)}),
         abbreviation="Gauss",

@@ -22,8 +22,7 @@ from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.storage.resumable import discard_unfinished, find_unfinished
 from engine.transport.baking.check import BakeCheck, warnings_of_check
-from engine.transport.baking.file_header import estimate_packed_bytes
-from engine.transport.method import Baked, Subject, Work
+from engine.transport.method import Baked, Subject, Work, method_of
 
 #: Share of the progress at which the bake ends and its check begins.
 CHECKED_FROM = 0.95
@@ -71,7 +70,7 @@ def carry_out(
     the progress was shown before; `check` compares the bake with the reference and keeps the result in its file.
     With --restart nothing of an earlier bake is used, and nothing is left of this one.
     """
-    size = estimate_packed_bytes(kind, work.size_bytes)
+    size = method_of(kind).estimate_file_bytes(work.size_bytes)
     expected = f"{work.vertices:,} vertices, about {size_text(size)} and {time_text(estimated_s)}"
     print(expected, file=sys.stderr, flush=True)
     parameters = {"mode": arguments.mode, "brdf": arguments.brdf, "ground_albedo": arguments.ground, **parameters}

@@ -19,14 +19,13 @@ from engine.planning.effects.mode_error import FLOOR, ModeErrors
 from engine.scene.mode import Spread
 from engine.transport import gaussian_method
 from engine.transport.baking.diffuse_specular import parts
-from engine.transport.baking.file_header import estimate_packed_bytes
 from engine.transport.baking.settings import BOUNCES, GaussianSettings
 from engine.transport.baking.visibility import every_ray
 from engine.transport.gaussian import bake as gaussian_bake
 from engine.transport.gaussian.fitting.lobes import Lobes
 from engine.transport.gaussian.fitting.views import VIEWS
 from engine.transport.gaussian.transfer import GaussianTransport
-from engine.transport.method import Subject
+from engine.transport.method import Subject, method_of
 from engine.transport.relight import RelightGaussians, relight_gaussians
 from engine.transport.sh.transfer import is_diffuse
 
@@ -69,7 +68,7 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
         relight_s,
         frame_s,
         sizes.memory,
-        estimate_packed_bytes("gaussian", sizes.file),
+        method_of(setting.mode).estimate_file_bytes(sizes.file),
         bake_s if bounces else bake_s - rays_s,
     )
 

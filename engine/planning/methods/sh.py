@@ -17,10 +17,9 @@ from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import channels, spherical_harmonics
 from engine.planning.effects.mode_error import FLOOR, ModeErrors, between, together
 from engine.scene.mode import Spread
-from engine.transport.baking.file_header import estimate_packed_bytes
 from engine.transport.baking.settings import BOUNCES, ShSettings
 from engine.transport.baking.visibility import every_ray
-from engine.transport.method import Subject
+from engine.transport.method import Subject, method_of
 from engine.transport.relight import RelightSh
 from engine.transport.sh import bake as sh_bake
 from engine.transport.sh.bake import default_edge
@@ -59,7 +58,9 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
     relight_s = model.measure_turning_s("light-sh", order, load) + model.rate("relight-sh", order) * values
     frame_s = model.frame_s("sh-flat" if load.diffuse else "sh", order**2, load)
     another_s = bake_s if setting["interreflection"] else None
-    return Cost(bake_s, relight_s, frame_s, sizes.memory, estimate_packed_bytes("sh", sizes.file), another_s)
+    return Cost(
+        bake_s, relight_s, frame_s, sizes.memory, method_of(setting.mode).estimate_file_bytes(sizes.file), another_s
+    )
 
 
 def _matrix_s(model: CostModel, order: int) -> float:

@@ -18,11 +18,10 @@ from engine.planning.costs.sizes import wavelets
 from engine.planning.effects.mode_error import ModeErrors, can_be_factored, wavelet_error
 from engine.scene.mode import Spread
 from engine.transport import wavelet_method
-from engine.transport.baking.file_header import estimate_packed_bytes
 from engine.transport.baking.occluder import Occluder
 from engine.transport.baking.settings import WaveletSettings
 from engine.transport.baking.visibility import Receivers, every_ray
-from engine.transport.method import Subject
+from engine.transport.method import Subject, method_of
 from engine.transport.relight import RelightWavelets
 from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.haar import FACES
@@ -59,7 +58,14 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
     sizes = wavelets(setting, load)
     bake_s += model.rate("file-byte") * sizes.file
     frame_s = model.frame_s("wavelet", terms, load)
-    return Cost(bake_s, relight_s, frame_s, sizes.memory, estimate_packed_bytes("wavelet", sizes.file), bake_s - rays_s)
+    return Cost(
+        bake_s,
+        relight_s,
+        frame_s,
+        sizes.memory,
+        method_of(setting.mode).estimate_file_bytes(sizes.file),
+        bake_s - rays_s,
+    )
 
 
 def error(errors: ModeErrors, setting: Setting) -> float:

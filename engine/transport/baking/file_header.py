@@ -35,10 +35,6 @@ VERSION: Literal[2] = 2
 #: Bytes that a byte of a packed file may stand for: more would be a small file that fills a disk.
 RATIO_LIMIT = 1000
 
-#: Bytes of a packed file over those of its arrays, of the bunny under a ground (spherical harmonics, wavelets) and of
-#: a torus knot: what is said of a bake before it is made.
-SHARES = {"sh": 0.3, "wavelet": 0.21, "gaussian": 0.56}
-
 DONE = 1 << 32
 PAGE = 4096
 HEADER_LIMIT_BYTES = 1 << 20
@@ -99,11 +95,6 @@ def lay_out(header: Header) -> Header:
         offset = _align(offset + array.size_bytes)
     size_bytes = offset + PAGE  # for the check
     return header.model_copy(update={"arrays": arrays, "table_offset": table, "size_bytes": size_bytes})
-
-
-def estimate_packed_bytes(kind: str, size_bytes: int) -> int:
-    """Bytes, roughly, of the file of a bake of this kind whose unfinished file has `size_bytes`."""
-    return round(SHARES.get(kind, 1.0) * size_bytes)
 
 
 def has_check(header: Header) -> bool:

@@ -39,7 +39,7 @@ from engine.shading.power_law import fit
 from engine.transport.relight import RelightWavelets
 from engine.transport.sh import bake as sh_bake
 from engine.transport.sh.lighting import project
-from engine.transport.sh.transfer import transfer
+from engine.transport.sh.transfer import STEP, transfer
 from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.bake import factors_for
 from engine.transport.wavelet.lighting import lighting_of
@@ -92,7 +92,9 @@ def test_light_of_every_order_is_that_of_its_own_bake(mesh: Any, tmp_path: Path)
         transport = drain(sh_bake.bake(tmp_path / f"{order}.transport", work)).transport
         expected = transfer(transport, light[: order**2]).reshape(found.shape)
         # the visibility of order 2 n − 1 that makes a corner of a larger matrix is that of the smaller one
-        np.testing.assert_allclose(found, expected, atol=2e-5)
+        # and what a file keeps is rounded, where light in memory is not
+        rounding = STEP * np.abs(light[: order**2]).max()
+        np.testing.assert_allclose(found, expected, atol=2e-5 + rounding)
 
 
 def small(**changes: Any) -> Settings:

@@ -25,7 +25,7 @@ from engine.planning.plan import plan_of
 from engine.render.reference import reference
 from engine.scene.scene import Scene
 from engine.tradeoff.draw import Drawer
-from engine.transport.baking.file_header import estimate_packed_bytes
+from engine.transport.method import method_of
 from tests.engine.planning.brute_force import bowl, gradient_sky, lamp_sky, sphere
 from tests.engine.planning.conftest import every_rate
 
@@ -149,5 +149,5 @@ def test_a_plan_of_gaussians_is_baked_at_the_predicted_size(tmp_path: Path) -> N
     ready = drain(bake_plan.prepare(found, mesh, brdf))
     baked = drain(ready.start(tmp_path / "ball.transport"))
     assert baked.file.size_bytes < ready.work.size_bytes
-    predicted = estimate_packed_bytes("gaussian", ready.work.size_bytes)
+    predicted = method_of("gaussian").estimate_file_bytes(ready.work.size_bytes)
     assert 0 <= predicted - found.cost.size_bytes < 40_000  # its beginning, and gaps between its arrays
