@@ -64,7 +64,7 @@ def build(folder: Path) -> int:
 
 def gather(source: Path) -> None:
     """Write all sources of the manual into the folder `source`, and remove what is no source any more."""
-    texts = {**written_pages(), **generated_pages()}
+    texts = {**read_pages(), **generated_pages()}
     images = {path.relative_to(PROJECT / "docs" / "manual"): path for path in binary_files()}
     for path in [*source.rglob("*")] if source.exists() else []:
         if path.is_file() and path.relative_to(source) not in {*texts, *images}:
@@ -83,7 +83,7 @@ def binary_files() -> Iterator[Path]:
     yield from (path for path in (PROJECT / "docs" / "manual").rglob("*") if path.suffix in {".png", ".webp", ".svg"})
 
 
-def written_pages() -> dict[Path, str]:
+def read_pages() -> dict[Path, str]:
     """The texts that somebody wrote, by their place in the manual."""
     docs = PROJECT / "docs"
     pages = {
