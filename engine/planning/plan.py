@@ -280,7 +280,7 @@ def plan_in_steps(
         if found.satisfied:
             break
         yield Step(share, ANALYSING)
-    if error is not None and (further := select_doubtful(found.setting, small)):
+    if budget is not None and (further := select_doubtful(found.setting, small)):
         small |= yield from part(small_errors(shown, further), 0.9, 1.0)
         found = plan_of(*asked, small)
     return found

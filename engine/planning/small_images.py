@@ -67,9 +67,7 @@ def measure_small(scene: Scene, settings: Sequence[Setting], *, seed: int = 0) -
     """The errors of those of `settings` that can be measured; nothing where the camera sees too little of the model."""
     if not settings:
         return {}
-    kept = _recall(
-        scene.mesh, scene.camera, scene.brdf, scene.environment, scene.environment_rotation, scene.ground, seed
-    )
+    kept = _recall(scene, seed)
     if not kept:
         kept.append((yield from relay(_look(scene, seed), lambda step: Step(0.5 * step.done, NOTE))))
     pixels, truth, noise = kept[0]
@@ -95,7 +93,7 @@ def _look(scene: Scene, seed: int) -> Steps[tuple[_Pixels, Array, Array]]:
 
 
 @remember(2)
-def _recall(*_of: Any) -> list[tuple[_Pixels, Array, Array]]:
+def _recall(_scene: Scene, _seed: int) -> list[tuple[_Pixels, Array, Array]]:
     """What `_look` found for these arguments; empty at first."""
     return []
 

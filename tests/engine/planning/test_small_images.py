@@ -9,6 +9,7 @@ import pytest
 from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import Steps, drain
 from engine.geometry.camera import Camera, frame
+from engine.light.lamps import Lamp
 from engine.planning import plan as planning
 from engine.planning import small_images
 from engine.planning.costs.cost_model import CostModel
@@ -45,6 +46,14 @@ def test_nothing_is_measured_where_nothing_is_asked_or_seen(scene: Scene) -> Non
     assert drain(measure_small(scene, [])) == {}
     away = replace(scene.camera, eye=(0.0, 0.0, 1e4), target=(0.0, 0.0, 2e4))
     assert drain(measure_small(replace(scene, camera=away), [ORDER])) == {}
+
+
+def test_the_reference_of_a_scene_is_that_of_its_own_lamps(scene: Scene) -> None:
+    """Two scenes that differ in a lamp alone: what is remembered of one is not the truth of the other."""
+    direct = Setting("direct", {"directions": 16})
+    assert drain(measure_small(scene, [direct]))[direct].error_rel < 0.3
+    lit = replace(scene, lamps=(Lamp((0.0, 0.0, 1.0), (9.0, 9.0, 9.0)),))
+    assert drain(measure_small(lit, [direct]))[direct].error_rel < 0.3
 
 
 def give(small: dict[Setting, Measured]) -> Steps[dict[Setting, Measured]]:
