@@ -115,7 +115,7 @@ class Inspector(Panel):
             "Reciprocity", "RMS change if light and viewer are exchanged, relative to the RMS of all values"
         )
         self.condition = self.about.figure("Condition", "Condition number of the smoothing of scattered samples")
-        self.left_out = self.about.figure("Held out", "RMS error at a sample left out of the fit, relative to the RMS")
+        self.left_out = self.about.figure("Held out", "RMS error at samples held out of the fit, relative to the RMS")
         self.fitted = self.about.figure("Fit error", "Before and after the fit of this model")
         self.warnings = text("", "warning", wrap=True)
         self.about.wide(self.warnings)

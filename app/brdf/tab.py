@@ -130,7 +130,7 @@ class BrdfTab(QWidget):
         self.light.setToolTip("Angle of the light from the normal, in the plane of incidence")
         self.scale = Segments(
             (
-                ("log", "Logarithmic", "Logarithmic length: shows dim parts beside narrow highlights (L)"),
+                ("log", "Logarithmic", "Logarithmic length: shows dim parts and narrow highlights together (L)"),
                 ("linear", "Linear", "Length in proportion to the value (L)"),
             )
         )

@@ -230,8 +230,8 @@ class ImportPanel(Rows):
         calibration.row("Lights", self.sphere)
         self.spheres = Segments(
             (
-                ("one", "One", "Tells the direction of each lamp"),
-                ("two", "Two", "Tell where near lamps stand; the second is found in the image"),
+                ("one", "One", "Gives the direction of each lamp"),
+                ("two", "Two", "Give the positions of near lamps; the second is found in the image"),
             )
         )
         self.spheres.chosen.connect(lambda value: self.chosen.emit("Mirror spheres", {"second_sphere": value == "two"}))
@@ -385,7 +385,7 @@ class ImportPanel(Rows):
         found = {str(term.get("name")): term for term in terms}
         for name, box in self.estimates.items():
             term = found.get(name, {})
-            outcome = "" if not term else "Used" if term.get("accepted") else "Not told"
+            outcome = "" if not term else "Used" if term.get("accepted") else "Unknown"
             box.setText("Does not fit" if name == "lights" and self.suggested_form else outcome)
             box.setChecked(name not in self.choices.without_estimates)
             keep_hint(box, f"{ESTIMATES[name][1]}\n{term.get('text', '')}".strip())
@@ -425,7 +425,7 @@ class ImportPanel(Rows):
         for segments in (self.sphere, self.lamp, self.pair, self.scale):
             enable(segments, why_not)
         for widget in (self.form, *self.estimates.values()):
-            enable(widget, why_not or ("Only lamps on several sides tell it" if one_sided else ""))
+            enable(widget, why_not or ("Needs lamps on several sides" if one_sided else ""))
         enable(self.framing, why_not, "What becomes the image: drag the handles on the photograph")
         distant = "" if self.choices.lamp_distance is not None else "Only a near lamp has a distance"
         enable(self.distance, why_not or distant, "From the middle of the sample to the lamp, in widths of the image")

@@ -29,7 +29,7 @@ DOT, REACH, DRAG = 4.5, 9.0, 4.0
 
 #: Words where the mouse rests beside the lamps.
 LEGEND = (
-    "Blue: the other photographs predict this one. Red: they are the farthest from it. Hollow: left out\n"
+    "Blue: the other photographs predict this one. Red: they are the farthest from it. Hollow: excluded\n"
     "Click a lamp to see its photograph; Ctrl adds one; draw a line round several to select them"
 )
 

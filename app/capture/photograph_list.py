@@ -69,7 +69,7 @@ class Row:
 FILTERS: dict[str, tuple[str, str, Callable[[Row], bool]]] = {
     "all": ("All", "", lambda _row: True),
     "used": ("Used", "No photograph is used", lambda row: not row.excluded),
-    "left out": ("Excluded", "No photograph is excluded", lambda row: row.excluded),
+    "excluded": ("Excluded", "No photograph is excluded", lambda row: row.excluded),
     "warnings": ("With warnings", "No photograph has a warning", lambda row: row.verdict >= Verdict.WARNING),
 }
 

@@ -41,7 +41,7 @@ def menu_of(parent: QWidget, bench: Workbench, photographs: PhotographList, othe
     unread = "" if project.stack is not None else "Waiting for the photographs"
     used = [name for name in names if name not in project.excluded]
     _add(menu, f"Use{these}", partial(bench.set_excluded, names, False), unread or _if(len(used) == len(names), "used"))
-    _add(menu, f"Leave out{these}", partial(bench.set_excluded, names, True), unread or _if(not used, "left out"))
+    _add(menu, f"Exclude{these}", partial(bench.set_excluded, names, True), unread or _if(not used, "excluded"))
     few = "" if len(names) > 1 else "Select two photographs or more"
     _add(menu, "Use only these", partial(bench.use_only, names), unread or few)
     menu.addSeparator()

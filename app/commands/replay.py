@@ -135,7 +135,7 @@ def or_why_not(steps: Steps[Result]) -> Steps[Result]:
     try:
         return (yield from steps)
     except (FileError, UsageError) as error:
-        return _replay_made_verdict(None, f"it cannot be made anew: {error}")
+        return _replay_made_verdict(None, f"it cannot be made again: {error}")
 
 
 def _factor_again(run: Run, kept: Path, target: Path) -> Steps[Result]:

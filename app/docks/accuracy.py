@@ -159,7 +159,7 @@ class AccuracyDock(QDockWidget):
         both = with_buttons(self.modes, self.time)
         self.modes.setAccessibleName("Modes to measure")
         self.time.setAccessibleName("Time to measure for")
-        self.time.setToolTip("Time limit; settings that do not fit into it are left out")
+        self.time.setToolTip("Time limit; settings that do not fit into it are skipped")
         rows.row("Measure", both)
         self._fill_modes(self.bench.document.project)
         self.go = button(
@@ -238,14 +238,14 @@ class AccuracyDock(QDockWidget):
                 left = len(accuracy.unmeasured)
                 were = "1 was" if left == 1 else f"{left} were"
                 self.words.setText(
-                    f"{self.choice.reason}." + (f" {were} left out: measure for longer." if left else "")
+                    f"{self.choice.reason}." + (f" {were} skipped: measure for longer." if left else "")
                 )
             else:
                 error = f"{percent(point.error_rmse_rel)} in {time_text(point.frame_s)}"
                 then = "It is on screen." if point.setting == self.view.setting else "Enter applies it."
                 self.words.setText(f"{setting_text(point.setting)}: {error}. {then}")
             return
-        varied = " What varies over the model is left out." if self.bench.document.project.variations else ""
+        varied = " Spatial variation is not included." if self.bench.document.project.variations else ""
         self.words.setText(f"{self._state()}{varied}")
 
     def _state(self) -> str:
@@ -262,7 +262,7 @@ class AccuracyDock(QDockWidget):
             return "Measured on another scene: measure again."
         left, count = len(accuracy.unmeasured), len(accuracy.points)
         words = f"{count} setting{'s' * (count != 1)} at {accuracy.size[0]} × {accuracy.size[1]}"
-        words += f", {left} left out" if left else ""
+        words += f", {left} skipped" if left else ""
         words += f", {self.plot.free} take none" if self.plot.free else ""
         return f"{words}. Click a point to use it."
 

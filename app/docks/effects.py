@@ -147,7 +147,7 @@ class EffectsDock(QDockWidget):
             for value, words in WISHES:
                 wish.addItem(words, value)
             wish.setAccessibleName(NAMES.get(effect.effect, effect.effect))
-            wish.setToolTip("As planned, always computed, or left out")
+            wish.setToolTip("As planned, always on, or always off")
             wish.activated.connect(lambda _index, name=effect.effect: self._wish(name))
             self.table.setCellWidget(place, 2, wish)
             self.wishes[effect.effect] = wish

@@ -102,7 +102,7 @@ def why_not(mode: Mode, project: Project) -> str:
     if mode.baked and project.is_flat:
         return "A flat image casts no shadows that could be baked: Material shows it"
     if mode.progressive and project.has_map and project.look.lookup == "outgoing":
-        return "The look-up by outgoing radiance is of all light at once: choose another under Look-up"
+        return "Sampling by outgoing radiance needs all light at once: choose another under Sampling"
     return ""
 
 

@@ -76,7 +76,7 @@ class Card(QWidget):
         head: QWidget = self.box or text(title, "title")
         head.setMinimumHeight(ROW - 4)
         keep_hint(head, hint)
-        self.sphere = Sphere(f"{title}, as a ball")
+        self.sphere = Sphere(f"{title}, on a preview sphere")
         self.figures: list[QLabel] = []
         self.labels: list[QLabel] = []
         lines = QGridLayout()

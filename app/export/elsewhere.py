@@ -76,7 +76,7 @@ NORMALS = (("", "As the program"), ("opengl", "y up (OpenGL)"), ("directx", "y d
 
 
 #: What the figures are, once all of them are there.
-MEASURED = "Errors are relative, and measured on a ball under three environments."
+MEASURED = "Errors are relative, and measured on a preview sphere under three environments."
 
 
 class Elsewhere(QWidget):

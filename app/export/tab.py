@@ -68,7 +68,7 @@ ALWAYS = (
 )
 BUNDLES = "Bundles (*.lightarc);;Folders (*)"
 STALE = "Settings were changed after this material was built. Rebuild it in Material before you export it."
-VARIED = "What varies over the model (View › Spatial variation) is kept in the project and not in bundles."
+VARIED = "Spatial variation (View) is kept in the project, not in bundles."
 
 
 class ExportTab(QWidget):

@@ -191,7 +191,7 @@ class FactorInspector(Panel):
             if (run.number, have) != self._offered:
                 self._offered = (run.number, have)
                 self.terms.show_value(float(min(most, have + (1 if most == MAXIMUM[False] else 8))))
-        enable(self.more, why, "Go on to so many terms")
+        enable(self.more, why, "Continue up to this number of terms")
         enable(self.terms, why)
 
     def show_chosen(self, run: Run | None, live: Live | None, terms: int | None) -> None:
@@ -378,5 +378,5 @@ def _row(*parts: tuple[QWidget, int]) -> QWidget:
 
 def _where(name: str) -> str:
     if name.startswith("held_out"):
-        return "at samples of regions of directions that were left out in turn, or between texels"
+        return "at samples of regions of directions held out in turn, or between texels"
     return "over random pairs of directions" if name == "rms_cosine_weighted" else "over the samples and channels"

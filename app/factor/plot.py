@@ -218,7 +218,7 @@ def line_of(run: Run, live: Live, against: str, metric: str) -> ErrorLine | None
 
     def error(term_error: TermError) -> float:
         value = term_error.error(metric)
-        assert value is not None, "unknown errors are left out"
+        assert value is not None, "points without an error are not shown"
         return log10(max(value, MINIMUM))
 
     def place(term_error: TermError) -> float:

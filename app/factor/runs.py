@@ -37,7 +37,7 @@ QUEUED = "{} waits for {}"
 FULL = f"{len(MARKERS)} runs are listed at most; remove one first"
 GONE = "The BRDF is no longer in the list of the BRDF workspace"
 READING = "reading"
-LOST = "Its result is no longer beside the project: factor again"
+LOST = "Its result is missing from the data folder: factor again"
 
 
 @dataclass(frozen=True, eq=False)

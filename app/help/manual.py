@@ -68,7 +68,7 @@ class Manual(QDialog):
         self.pages.setAccessibleName("Manual")
         self.pages.setSearchPaths([str(PAGES)])
         self.pages.sourceChanged.connect(lambda _page: self._space())
-        self.back = button("Back")
+        self.back = button("Previous page")
         self.back.setEnabled(False)
         self.back.clicked.connect(self.pages.backward)
         self.pages.backwardAvailable.connect(self.back.setEnabled)

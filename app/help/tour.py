@@ -212,7 +212,7 @@ def first_hints(view: ViewTab, status: QWidget, export: QWidget) -> tuple[Hint, 
             "view",
             lambda: status,
             "The error is always stated",
-            "What is on screen is compared with a reference in the background; its error stands here.",
+            "What is on screen is compared with a reference in the background; its error is shown here.",
         ),
         Hint(
             "view",

@@ -15,7 +15,7 @@ from engine.scene.material import Material
 
 #: Columns of the table, with what is said where the mouse rests.
 COLUMNS = (
-    ("Held out", "Root mean square error of photographs that are left out in turn"),
+    ("Held out", "Root mean square error of photographs held out in turn"),
     ("Training", "The same of the photographs that the map was made of, which flatters it"),
     ("Bytes", "Of a texel, before compression"),
 )

@@ -180,7 +180,7 @@ class DirectionalPage(QWidget):
         settings = panel.section("Directional map")
         self.representation = representation_box()
         self.representation.activated.connect(lambda _index: self.chosen.emit(self.representation.currentData()))
-        settings.row("Kind", self.representation, "Automatic: the one that shows photographs better that are left out")
+        settings.row("Kind", self.representation, "Automatic: the one with the smaller error of held-out photographs")
         self.part, self.settings = part_segments(), settings
         settings.row("Pairs", self.part, PAIRS_HINT)
         self.tiling = Tiling(settings)

@@ -210,8 +210,8 @@ class SurfacePage(QWidget):
         self.empty = EmptyState(
             "material",
             "No surface maps yet",
-            "Photographs under lamps on several sides tell which way the surface faces, how high it is, and how it "
-            "reflects. Each map comes with its uncertainty. Make surface maps, on the right.",
+            "Photographs under lamps on several sides give the normals, the height and the reflectance of the surface, "
+            "each map with its uncertainty. Make surface maps, on the right.",
             (),
         )
         self.pages = Pages()
@@ -235,7 +235,7 @@ class SurfacePage(QWidget):
         self.resolution = seen.figure("Size")
         self.extent, self.figures = seen.figure("Extent", EXTENT_HINT), seen
         self.lamps = seen.figure("Photographs")
-        self.slopes = seen.figure("Slopes", "The slopes that the lamps of the capture can tell")
+        self.slopes = seen.figure("Slopes", "The slopes that the lamps of the capture determine")
         self.whites = Segments(WHITES)
         self.whites.chosen.connect(self._white_chosen)
         seen.row("White", self.whites, "The white reference, of which reflectance is a share")

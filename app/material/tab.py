@@ -162,7 +162,7 @@ class MaterialTab(QWidget):
         settings = panel.section("Shading map")
         self.representation = representation_box()
         self.representation.activated.connect(lambda _index: self._represent(self.representation.currentData()))
-        settings.row("Kind", self.representation, "Automatic: the one that shows photographs better that are left out")
+        settings.row("Kind", self.representation, "Automatic: the one with the smaller error of held-out photographs")
         self.part, self.settings = part_segments(), settings
         settings.row("Pairs", self.part, PAIRS_HINT)
         self.part.chosen.connect(lambda value: self._set("Light of pairs", part_of_light=value))

@@ -33,7 +33,7 @@ class Tiling(QObject):
         )
         self.brightness.chosen.connect(lambda value: self.chosen.emit("Brightness", "evened", value == "evened"))
         section.row("Brightness", self.brightness)
-        self.seams = section.figure("Seams", "Steps across the seams of a tile beside those inside the sample")
+        self.seams = section.figure("Seams", "Steps across the seams of a tile relative to those inside the sample")
 
     def show_project(self, project: Project) -> None:
         """Show what is asked for."""

@@ -54,7 +54,7 @@ def set_up(path: Path, aspect: float = 4.0 / 3.0) -> Setup:
     if gone:
         place = data_folder(path).name
         remedy = f"Open the project in the window and make it again, or bring back {place}"
-        raise InputError(path, f"has lost its {' and '.join(gone)} with the data beside it", remedy)
+        raise InputError(path, f"has lost its {' and '.join(gone)} with its data folder", remedy)
     project = opened.current
     mesh = project.mesh or shape(DEFAULT_MODEL)
     camera = project.camera or frame_mesh(mesh, aspect)

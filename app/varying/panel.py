@@ -281,7 +281,7 @@ class VaryingPanel(Rows):
         document, own = self.bench.document, self.variations
         if variation != own[self.chosen]:
             changed = tuple(variation if place == self.chosen else each for place, each in enumerate(own))
-            document.change("Change what varies", gesture=f"varying {self.chosen}", variations=changed)
+            document.change("Change spatial variation", gesture=f"varying {self.chosen}", variations=changed)
         if final:
             document.end_gesture()
 

@@ -131,13 +131,13 @@ def _is_poor(made: Made | None) -> bool:
 
 
 def describe_left_out(wanted: Wanted) -> str:
-    """'Left out: shadows (12 %).': the effects left out, and the error of leaving them out."""
+    """'Not shown: shadows (12 %).': the effects left out, and the error of leaving them out."""
     parts = [
         NAMES[effect.effect].lower()
         + (f" ({percent(effect.estimated_error_rel)})" if effect.estimated_error_rel >= MIN_ERROR else "")
         for effect in wanted.left_out
     ]
-    return f"Left out: {', '.join(parts)}." if parts else ""
+    return f"Not shown: {', '.join(parts)}." if parts else ""
 
 
 def advice_text(baking: Baking) -> str:
@@ -148,7 +148,7 @@ def advice_text(baking: Baking) -> str:
         for effect in effects
         if effect.effect in ADVISED and effect.decision == "skipped" and effect.estimated_error_rel >= MIN_ERROR
     ]
-    return f"The plan would leave out {', '.join(spared)}: switch off under Effects." if spared else ""
+    return f"The plan leaves off {', '.join(spared)}: switch off under Effects." if spared else ""
 
 
 def _show_values(baking: Baking) -> str:

@@ -24,10 +24,10 @@ from engine.scene.material import set_multiple_scattering
 from engine.scene.scene import Scene
 
 LOOKUPS = (
-    ("radiance", "In the integral", "The slice is looked up with r = BRDF × cosine, as the method defines it"),
+    ("radiance", "In the integral", "The slice is sampled at r = BRDF × cosine, as the method defines it"),
     ("texture", "Texture", "The brightest slice, used as a texture"),
-    ("outgoing", "By outgoing radiance", "The slice is looked up with the outgoing radiance"),
-    ("angle", "By angle", "The slice is looked up with the angle of the light alone"),
+    ("outgoing", "By outgoing radiance", "The slice is sampled at the outgoing radiance"),
+    ("angle", "By angle", "The slice is sampled at the angle of the light alone"),
 )
 
 
@@ -129,12 +129,12 @@ class LookupPanel(Rows):
     set_look = Signal(str, object)
 
     def __init__(self) -> None:
-        super().__init__("Look-up")
+        super().__init__("Sampling")
         self.look = Look()
         self.source = Segments(
             (
-                ("slices", "Slices", "Look up the slices of the shading map"),
-                ("power-law", "Power law", "Look up the compressed pair, six numbers per texel"),
+                ("slices", "Slices", "Sample the slices of the shading map"),
+                ("power-law", "Power law", "Sample the compressed pair, six numbers per texel"),
             ),
             {"power-law": "Power"},
         )
@@ -144,8 +144,8 @@ class LookupPanel(Rows):
         for value, words, hint in LOOKUPS:
             self.method.addItem(words, value)
             self.method.setItemData(self.method.count() - 1, hint, Qt.ItemDataRole.ToolTipRole)
-        self.method.activated.connect(lambda _index: self._set("Look-up", lookup=self.method.currentData()))
-        self.row("Method", self.method, "The four look-ups of Kautz et al. 2004, figure 6")
+        self.method.activated.connect(lambda _index: self._set("Sampling", lookup=self.method.currentData()))
+        self.row("Method", self.method, "The four ways of sampling of Kautz et al. 2004, figure 6")
         self.above = Segments(
             (
                 ("clamp", "Clamp", "Brighter than the brightest photograph: that photograph"),
@@ -153,7 +153,7 @@ class LookupPanel(Rows):
             )
         )
         self.above.chosen.connect(lambda value: self._set("Above the largest r", above=value))
-        self.row("Above", self.above, "Lookup above the largest r of the capture")
+        self.row("Above", self.above, "Sampling above the largest r of the capture")
         self.sigma = self.figure("Scale σ", "Automatic: model and photographs agree on the capture's own lights")
         self.r_max = self.figure("Largest r")
 
@@ -170,7 +170,7 @@ class LookupPanel(Rows):
         planes = material.directional is not None
         self.show_row(self.source, not planes)
         nothing = "A directional map is shown by its planes" if planes else "Build or open a material first"
-        nothing = nothing if material.pbr is None else "PBR maps have a BRDF at each texel, and no look-up"
+        nothing = nothing if material.pbr is None else "PBR maps have a BRDF at each texel and no slices"
         self.source.disable("slices", "" if material.shading_map is not None else nothing)
         self.source.disable("power-law", "" if material.power_law is not None else nothing)
 

@@ -312,9 +312,9 @@ class ViewImages(QObject):
             return ""
         without = [mode.label for mode in self.modes if not shows_near_lamps(mode)]
         if self._project.look.near_lamps and without:
-            return f"{without[0]} leaves out the lamps near the model, which the reference shows"
+            return f"{without[0]} does not show the near lights, which the reference shows"
         if self._project.variations and any(self._shows_variations(mode) for mode in self.modes):
-            return "The reference leaves out how the BRDF varies over the model"
+            return "The reference does not show spatial variation of the BRDF"
         return next((why_not(mode, self._project) for mode in modes() if mode.progressive), "")
 
     def _shows_variations(self, mode: Mode) -> bool:

@@ -48,7 +48,7 @@ ANGLES = {
 }
 
 #: Values of the menu that are not environment.
-ONE_LIGHT, ONLY_LAMPS, OPEN = "", "only lamps", "open"
+ONE_LIGHT, ONLY_LAMPS, OPEN = "", "only-lamps", "open"
 
 #: A new lamp: a soft key from the left, rotated further for each lamp that exists.
 NEW_LAMP = LampSettings(theta_deg=50.0, phi_deg=-60.0, irradiance=1.0, radius_deg=5.0)
@@ -103,10 +103,12 @@ class LightPanel(Rows):
         self.near.apply_theme()
 
     def _make_lamps(self) -> None:
-        about = "Lights beside the one above; drag their suns in the image"
-        self.lamps = LampRows("Lamps", "Lamp", about, "a lamp: directional, or a disc with soft shadows", NEW_LAMP)
+        about = "More lights; drag their suns in the image"
+        self.lamps = LampRows(
+            "Extra lights", "Extra light", about, "a light: directional, or a disc with soft shadows", NEW_LAMP
+        )
         about = "Spheres, rectangles and discs of light near the model; drag their rings in the image"
-        self.near = LampRows("Near lights", "Near lamp", about, "a lamp near the model", NearLampSettings())
+        self.near = LampRows("Near lights", "Near light", about, "a light near the model", NearLampSettings())
         for rows, add, remove, edited in (
             (self.lamps, self.add_lamp, self.remove_lamp, self._lamp_edited),
             (self.near, self.add_near_lamp, self.remove_near_lamp, self._near_lamp_edited),
@@ -127,7 +129,7 @@ class LightPanel(Rows):
             self.own_environment = environment
         self.lighting.clear()
         self.lighting.addItem("One light", ONE_LIGHT)
-        self.lighting.addItem("Lamps only", ONLY_LAMPS)
+        self.lighting.addItem("Extra lights only", ONLY_LAMPS)
         for name, sky in SKIES.items():
             self.lighting.addItem(sky.label, name)
         if self.own_environment is not None:
@@ -182,12 +184,12 @@ class LightPanel(Rows):
         phi_deg = (NEW_LAMP.phi_deg + 100.0 * len(lamps) + 180.0) % 360.0 - 180.0
         self.lamps.chosen = len(lamps)
         new = dataclasses.replace(NEW_LAMP, phi_deg=phi_deg)
-        self._set("Add a lamp", lamps=(*lamps, new))
+        self._set("Add an extra light", lamps=(*lamps, new))
         scroll_to(self.lamps)
 
     def remove_lamp(self) -> None:
         """Remove the chosen lamp."""
-        self._set("Remove a lamp", lamps=self.lamps.without_chosen(self.look.lamps))
+        self._set("Remove an extra light", lamps=self.lamps.without_chosen(self.look.lamps))
 
     def add_near_lamp(self) -> None:
         """One more lamp near the model, above it and to another side than those that are there."""
@@ -213,12 +215,12 @@ class LightPanel(Rows):
             facing_phi_deg=round(degrees(phi), 1),
         )
         self.near.chosen = len(lamps)
-        self._set("Add a near lamp", near_lamps=(*lamps, new))
+        self._set("Add a near light", near_lamps=(*lamps, new))
         scroll_to(self.near)
 
     def remove_near_lamp(self) -> None:
         """Remove the chosen near lamp."""
-        self._set("Remove a near lamp", near_lamps=self.near.without_chosen(self.look.near_lamps))
+        self._set("Remove a near light", near_lamps=self.near.without_chosen(self.look.near_lamps))
 
     def move_lamp(self, number: int, theta_deg: float, phi_deg: float, final: bool) -> None:
         """Point lamp `number` elsewhere, as a drag in the image does."""
@@ -263,7 +265,9 @@ class LightPanel(Rows):
         elif chosen in (ONE_LIGHT, ONLY_LAMPS):
             look: Any = dataclasses.replace(self.look, only_lamps=chosen == ONLY_LAMPS)
             if document.project.environment is not None or look != self.look:
-                document.change("One light" if chosen == ONE_LIGHT else "Lamps only", environment=None, look=look)
+                document.change(
+                    "One light" if chosen == ONE_LIGHT else "Extra lights only", environment=None, look=look
+                )
         elif chosen in SKIES:
             self.bench.load_environment(chosen)
         elif document.project.environment is not self.own_environment:

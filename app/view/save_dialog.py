@@ -97,7 +97,7 @@ class SaveDialog(QDialog):
     def _make_still(self) -> Rows:
         rows = Rows()
         self.layers = QCheckBox("Albedo and normals in .exr")
-        self.layers.setToolTip("Layers beside the image; that of the reference has its standard error in any case")
+        self.layers.setToolTip("Layers in the same file; the reference always has its standard error")
         rows.wide(self.layers)
         return rows
 

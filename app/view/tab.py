@@ -70,7 +70,7 @@ TONE_MAPS = (("neutral", "Neutral (Khronos)"), ("aces", "ACES"), ("none", "None"
 NO_SHADOW = "No shadows on the ground in this mode and light: baked modes and the reference show them."
 
 #: Said where lamps stand near the model and the mode does not show them.
-NO_NEAR_LAMPS = "{} leaves out the lamps near the model: choose Direct, the reference or spherical harmonics."
+NO_NEAR_LAMPS = "{} does not show near lights: choose Direct, the reference or spherical harmonics."
 
 #: Pause after the last change before the error of the directions is measured, and the size of the image it is for.
 AT_REST_MS = 800
@@ -517,7 +517,7 @@ class ViewTab(QWidget):
                 if getattr(look, field.name) != getattr(document.project.look, field.name)
             )
             words = "Change the light" if changed in LIGHT_FIELDS else "Change the image"
-            words = "Change a lamp" if changed in ("lamps", "near_lamps") else words
+            words = "Change a light" if changed in ("lamps", "near_lamps") else words
             document.change(words, gesture=changed, look=look)
         if final:
             document.end_gesture()

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 ELEVATIONS = {
     "theta_deg": "Angle of the light above the horizon",
     "light_theta_deg": "Angle of the light above the horizon",
-    "facing_theta_deg": "Elevation of the direction that the lamp faces; −90° is straight down",
+    "facing_theta_deg": "Elevation of the direction that the light faces; −90° is straight down",
 }
 
 #: Widths of a number field, as it is and where its panel is narrow.

@@ -62,9 +62,9 @@ CONSENTS = {
     "trust_angles": (
         "Use these angles",
         "Double-click the angles in the list to enter the real ones, measure them on a mirror sphere, or put an .lp "
-        "file or capture.toml beside the photographs. If the angles in the list are right, they can be used.",
+        "file or capture.toml into the folder of the photographs. If the angles in the list are right, use them.",
     ),
-    "leave_out": ("Leave it out", "Enough photographs remain without it. Or bring a whole copy of it."),
+    "leave_out": ("Exclude it", "Enough photographs remain without it. Or bring a whole copy of it."),
     "use_all": (
         "Use it all the same",
         "Enough photographs remain without it. If it is as it should be, it can be used all the same.",

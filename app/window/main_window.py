@@ -80,8 +80,8 @@ PHOTOGRAPHS = "engine.capture.photograph.decode"
 
 #: Preferences that hold later, and what is said of them.
 AT_NEXT_START = {
-    "threads": "Lightarc uses so many CPUs from its next start on",
-    "graphics": "Lightarc draws by this from its next start on",
+    "threads": "Lightarc uses this number of CPUs from its next start on",
+    "graphics": "Lightarc uses this graphics device from its next start on",
 }
 
 #: Drawings of workspaces beside the model.

@@ -69,7 +69,7 @@ class Menus(QMenuBar):
         add(menu, "Close project", "Ctrl+W", files.new)
         clean = add(menu, "Close and clean up", "", files.clean_up)
         clean.setToolTip(
-            "Remove what can be made again from the photographs; it is made anew when the project is opened"
+            "Remove what can be made again from the photographs; it is made again when the project is opened"
         )
         menu.addSeparator()
         add(menu, "Open files…", "Ctrl+O", files.choose_files)

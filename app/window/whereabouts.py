@@ -88,7 +88,7 @@ class Whereabouts(QObject):
         self.banners.say("missing", words, ("Find…", self.choose))
         words = ""
         if about.changed:
-            words = f"{describe_changed(about.changed)}. Nothing was made anew."
+            words = f"{describe_changed(about.changed)}. Nothing was made again."
         hide = partial(self.banners.say, "changed", "")
         self.banners.say("changed", words, ("Import again", self._import), ("Hide", hide))
 

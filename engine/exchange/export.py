@@ -105,10 +105,10 @@ TARGETS: tuple[Target, ...] = (
         materialx.contents,
         averages_normals=True,
     ),
-    Target("gltf", "glTF: a ball with the material, as .glb", as_gltf, gltf.contents, averages_normals=True),
+    Target("gltf", "glTF: a preview sphere with the material, as .glb", as_gltf, gltf.contents, averages_normals=True),
     Target(
         "usd",
-        "USD: a ball with UsdPreviewSurface, as .usdz",
+        "USD: a preview sphere with UsdPreviewSurface, as .usdz",
         with_one_f0,
         usd.contents,
         averages_normals=True,

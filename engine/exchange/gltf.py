@@ -68,7 +68,7 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     factor = gltf_roughness_factor(subject.maps.layers, mean)
     if factor != 1.0:
         material["pbrMetallicRoughness"] = {**_SHARED["pbrMetallicRoughness"], "roughnessFactor": factor}
-    yield Step(0.7, "writing the ball")
+    yield Step(0.7, "writing the preview sphere")
     file = glb(shape("sphere"), material, images, REPEATS, loss, settings.width_mm, settings.credits)
     warnings = (*common_warnings(subject, ("occlusion",)), *gltf_warnings(subject.maps.layers))
     return Contents({f"{subject.name}.glb": file}, 9.0, warnings)

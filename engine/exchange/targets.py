@@ -50,8 +50,8 @@ EXPORTERS: dict[str, Exporter] = {
     for each in (
         Exporter("textures", "Textures", "Base colour, normal, roughness and the like, named and packed for a program"),
         Exporter("materialx", "MaterialX", "OpenPBR and glTF PBR surfaces as .mtlx"),
-        Exporter("gltf", "glTF", "A ball with the material as .glb, for the web and engines"),
-        Exporter("usd", "USD", "A ball with UsdPreviewSurface as .usdz, for pipelines and Quick Look"),
+        Exporter("gltf", "glTF", "A preview sphere with the material as .glb, for the web and engines"),
+        Exporter("usd", "USD", "A preview sphere with UsdPreviewSurface as .usdz, for pipelines and Quick Look"),
         Exporter(
             "blender",
             "Blender",

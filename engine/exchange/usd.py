@@ -62,7 +62,7 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     others = [words for words in name_layers(subject.maps.layers) if words != "clear coat"]
     if others:
         warnings = (*warnings, f"UsdPreviewSurface has no {', '.join(others)}; the layer of MaterialX has")
-    yield Step(0.9, "writing the ball")
+    yield Step(0.9, "writing the preview sphere")
     layer = "\n".join([*_layer(subject, [entry[1:] for entry in known], ior_of(mean), loss, settings.width_mm), ""])
     over = "\n".join([*_materialx_layer(subject, [entry[1] for entry in known], ior_of(mean)), ""])
     files = {

@@ -43,7 +43,7 @@ class FactorSettings:
             ("search", "Search (Cole)"),
         ),
         doc="auto: of a formula, symmetric if its matrix is symmetric, otherwise svd; of a measurement these or a "
-        "search, whichever is better in regions of directions that are left out; nonnegative: no pair of directions "
+        "search, whichever is better in held-out regions of directions; nonnegative: no pair of directions "
         "is negative, and dark values are nearer, for some more squared error",
     )
     parametrisation: Literal["in-out", "half-diff", "auto"] = choice(
@@ -99,7 +99,7 @@ class FactorSettings:
         "default",
         ("default", "thesis"),
         offered=(("default", "Ours"), ("thesis", "As in the thesis")),
-        doc="default: terms, smoothness and size that are best on regions left out; thesis: Cole's search",
+        doc="default: terms, smoothness and size that are best on held-out regions; thesis: Cole's search",
     )
     seed: int = whole(1, 0, 2**31 - 1, slider=(0, 20), doc="seed of samples and starts: equal seeds give equal factors")
 

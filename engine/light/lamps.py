@@ -97,11 +97,11 @@ class Lamp:
 class LampSettings:
     """A lamp as users give it, on the command line and in the window; `.lamp` is its value."""
 
-    theta_deg: float = param(50.0, 0.0, 180.0, unit="°", doc="Angle of the lamp from straight up.")
+    theta_deg: float = param(50.0, 0.0, 180.0, unit="°", doc="Angle of the light from straight up.")
     phi_deg: float = param(
         30.0, -360.0, 360.0, unit="°", slider=(-180.0, 180.0), doc="Turn from the viewer's side towards the right."
     )
-    irradiance: float = param(1.0, 0.0, 1e9, slider=(0.01, 100.0), log=True, doc="On a surface that faces the lamp.")
+    irradiance: float = param(1.0, 0.0, 1e9, slider=(0.01, 100.0), log=True, doc="On a surface that faces the light.")
     radius_deg: float = param(0.0, 0.0, 90.0, unit="°", slider=(0.0, 30.0), doc="Angular radius; 0 is one direction.")
     colour: Colour = param((1.0, 1.0, 1.0), 0.0, 1e3, slider=(0.0, 1.0), doc="Linear RGB, times the irradiance.")
 

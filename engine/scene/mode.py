@@ -147,7 +147,7 @@ DIRECT = Mode(
     "direct",
     "Direct",
     "Direct",
-    "The BRDF alone under every light, with the shadows of lamps and suns",
+    "The BRDF alone under every light, with the shadows of all lights",
     _cast_shadows,
     key="D",
     shows_of_sharp=frozenset({"self-shadowing"}),

@@ -224,6 +224,17 @@ def window(
     What this machine costs is made up, since measuring it takes longer than most tests. The error of the image is
     measured only where a test asks for it (`window.view.pictures.measure`): it takes a reference.
     """
+    from app.window.top_bar import WORKSPACES
+
+    names = WORKSPACES if request.path.name in WHOLE else IN_FRONT.get(request.path.parent.name, ())
+    with open_window(monkeypatch, names) as made:
+        qtbot.waitExposed(made)  # type: ignore[attr-defined]
+        yield made
+
+
+@contextlib.contextmanager
+def open_window(monkeypatch: pytest.MonkeyPatch, names: Sequence[str]) -> Iterator[Any]:
+    """The main window with the workspaces `names` from the beginning, shown, and closed at the end."""
     from app.window.main_window import MainWindow
     from app.window.top_bar import WORKSPACES
 
@@ -232,7 +243,6 @@ def window(
     monkeypatch.setattr("app.session.machine_profile.cost_model", _costs)
     for name, value in AT_ONCE.items():
         monkeypatch.setattr(name, value)
-    names = WORKSPACES if request.path.name in WHOLE else IN_FRONT.get(request.path.parent.name, ())
     if names is not WORKSPACES:
         monkeypatch.setattr(MainWindow, "make_next", lambda _window: None)
     # Each workspace that is made by itself would dress the whole window anew.
@@ -242,7 +252,6 @@ def window(
             getattr(made, name)
     made.view.images.measure(False)
     made.show()
-    qtbot.waitExposed(made)  # type: ignore[attr-defined]
     yield made
     for box in tuple(made.failures.open_dialogs.values()):
         box.close()

@@ -104,7 +104,7 @@ def test_lamps_on_one_side_tell_nothing(panel: ImportPanel) -> None:
     panel.disable("", measured=False, one_sided=True)
     assert not panel.form.isEnabled()
     assert not any(box.isEnabled() for box in panel.estimates.values())
-    assert panel.estimates["gains"].toolTip() == "Only lamps on several sides tell it"
+    assert panel.estimates["gains"].toolTip() == "Needs lamps on several sides"
 
 
 def test_what_was_estimated_is_said_beside_its_switch(panel: ImportPanel) -> None:
@@ -115,7 +115,7 @@ def test_what_was_estimated_is_said_beside_its_switch(panel: ImportPanel) -> Non
     panel.show_choices(panel.choices, None, {"calibration": found})
     assert panel.estimates["distance"].text() == "Used"
     assert "1.9 image widths" in panel.estimates["distance"].toolTip()
-    assert panel.estimates["ambient"].text() == "Not told"
+    assert panel.estimates["ambient"].text() == "Unknown"
     assert panel.estimates["gains"].text() == ""
 
 

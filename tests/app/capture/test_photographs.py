@@ -46,7 +46,7 @@ def show(column: PhotographColumn, name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "shown"), [("all", [0, 1, 2, 3, 4]), ("used", [0, 2, 3]), ("left out", [1, 4]), ("warnings", [2, 4])]
+    ("name", "shown"), [("all", [0, 1, 2, 3, 4]), ("used", [0, 2, 3]), ("excluded", [1, 4]), ("warnings", [2, 4])]
 )
 def test_a_filter_shows_what_it_names_and_how_many_that_are(
     column: PhotographColumn, name: str, shown: list[int]
@@ -141,7 +141,7 @@ def test_several_are_left_out_and_used_in_one_step_each(capture: MainWindow, qtb
     tab.list.pick([1, 3])
     steps = document.undo_stack.count()
     assert not item(capture, "Use 2 photographs").isEnabled()
-    item(capture, "Leave out 2 photographs").trigger()
+    item(capture, "Exclude 2 photographs").trigger()
     assert document.project.excluded == {names[1], names[3]}
     assert document.undo_stack.count() == steps + 1
     tab.list.pick([0, 1])

@@ -159,7 +159,7 @@ def test_another_light_makes_points_stale(view: MainWindow) -> None:
     assert "another scene" in dock.words.text()
     assert "varies" not in dock.words.text()
     view.bench.document.change("Vary", variations=(VariedParameter("alpha", 0.2, 0.6),))
-    assert "What varies over the model is left out." in dock.words.text()
+    assert "Spatial variation is not included." in dock.words.text()
 
 
 def test_measuring_fills_the_plot(view: MainWindow, qtbot: Any) -> None:

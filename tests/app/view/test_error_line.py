@@ -131,7 +131,7 @@ def test_without_a_reference_it_says_why(view: MainWindow) -> None:
     view.bench.document.change("Weave", material=weave(16))
     change(view, mode="shading-map", lookup="outgoing")
     assert view.status.error.text() == "error –"
-    assert "choose another under Look-up" in view.status.error.toolTip()
+    assert "choose another under Sampling" in view.status.error.toolTip()
 
 
 def test_other_workspaces_tell_the_error_of_the_material(view: MainWindow, qtbot: Any) -> None:

@@ -62,7 +62,7 @@ def test_shadows_are_baked_unless_a_user_switches_them_off(planned: MainWindow, 
     baking = bake(planned, qtbot)
     assert names(present(baking.made).wanted.left_out) == ("self-shadowing",)
     assert not present(baking.estimate).work.settings.shadows, "no ray is cast"
-    assert "Left out: shadows." in panel.words.text()
+    assert "Not shown: shadows." in panel.words.text()
 
 
 def test_a_bake_begins_at_once_although_the_plan_is_on_its_way(planned: MainWindow, qtbot: Any) -> None:
@@ -106,7 +106,7 @@ def test_a_forced_effect_is_one_step_and_calls_for_another_bake(planned: MainWin
     qtbot.waitUntil(lambda: baking.ready is not None, timeout=LONG)
     assert not baking.is_made
     assert baking.is_drawn, "the image keeps what was baked before"
-    assert "Left out: gloss (" in panel.words.text()
+    assert "Not shown: gloss (" in panel.words.text()
     assert present(bake(planned, qtbot).made).transport.diffuse, "nothing of the view is baked"
     for move, is_diffuse in ((stack.undo, False), (stack.redo, True)):
         move()

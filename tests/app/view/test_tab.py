@@ -338,7 +338,7 @@ def test_a_near_lamp_is_added_dragged_changed_and_removed_one_step_each(view: Ma
     assert not view.view.images.why_no_error
     change(view, comparing="wipe", against="wavelet")
     assert "Wavelets leaves out the lamps near" in view.view.hint.text()
-    assert "leaves out the lamps near the model, which the reference shows" in view.view.images.why_no_error
+    assert "does not show the near lights, which the reference shows" in view.view.images.why_no_error
     view.undo.trigger()
     view.undo.trigger()
     assert "leaves out the lamps near" not in view.view.hint.text()
@@ -378,7 +378,7 @@ def test_lamps_alone_light_the_model(view: MainWindow, qtbot: Any) -> None:
     lamp = LampSettings(theta_deg=90.0, phi_deg=0.0, irradiance=0.8, colour=(1.0, 0.5, 0.25))
     change(view, mode="direct", lamps=(lamp,))
     box = view.view.lights.lighting
-    box.setCurrentIndex(box.findText("Lamps only"))
+    box.setCurrentIndex(box.findText("Extra lights only"))
     box.activated.emit(box.currentIndex())
     assert look(view).only_lamps
     assert not view.view.lights.light.isVisible()

@@ -239,21 +239,21 @@ def test_a_photograph_that_cannot_be_read_is_left_out_where_a_user_says_so(
     drop(window, [folder])
     asked = question(window, qtbot)
     assert asked.text().startswith("felt_50deg.png is ")
-    assert asked.defaultButton().text() == "Leave it out"
-    answer(asked, qtbot, "Leave it out")
+    assert asked.defaultButton().text() == "Exclude it"
+    answer(asked, qtbot, "Exclude it")
     qtbot.waitUntil(lambda: at_rest(window), timeout=60_000)
     stack = window.bench.document.project.stack
     assert stack is not None
     assert [round(float(each)) for each in stack.elevation_deg] == [10, 30, 70, 90]
 
 
-@pytest.mark.parametrize(("words", "consent"), [("Leave it out", "leave_out"), ("Use it all the same", "use_all")])
+@pytest.mark.parametrize(("words", "consent"), [("Exclude it", "leave_out"), ("Use it all the same", "use_all")])
 def test_a_user_says_what_becomes_of_a_photograph_that_shows_nothing(qtbot: Any, words: str, consent: str) -> None:
     parent, agreed = QWidget(), list[str]()
     qtbot.addWidget(parent)
     doubt = Doubtful("/a/felt.png", "is black", "Check that its lamp lit", "leave_out", "use_all")
     box = ask_for_consent(parent, cast("Workbench", SimpleNamespace(import_all_the_same=agreed.append)), doubt)
     assert box.text().startswith("felt.png is black")
-    assert box.defaultButton().text() == "Leave it out"
+    assert box.defaultButton().text() == "Exclude it"
     answer(box, qtbot, words)
     assert agreed == [consent]
