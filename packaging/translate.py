@@ -79,14 +79,14 @@ def _find(node: ast.AST) -> Iterator[tuple[int, str]]:
         case ast.Subscript():
             yield from _find(node.value)
         case ast.Call() if _name(node.func) in SILENT:
-            return
+            yield from _find(node.func)
         case ast.JoinedStr():
             yield from ((node.lineno, text) for text in [_template(node)] if is_phrase(text))
             for part in node.values:
                 if isinstance(part, ast.FormattedValue):
                     yield from _find(part.value)
         case ast.Constant(value=str()):
-            yield from ((node.lineno, text) for text in [str(node.value)] if is_phrase(text))
+            yield from ((node.lineno, text) for text in [_number(str(node.value))] if is_phrase(text))
         case _:
             for child in ast.iter_child_nodes(node):
                 yield from _find(child)
@@ -97,16 +97,18 @@ def _name(function: ast.expr) -> str:
 
 
 def _template(node: ast.JoinedStr) -> str:
+    return _number("".join(str(part.value) if isinstance(part, ast.Constant) else "{}" for part in node.values))
+
+
+def _number(text: str) -> str:
+    """`text` with %1, %2 … in place of its empty braces."""
     numbers = iter(range(1, 1000))
-    return "".join(
-        str(part.value).replace("{}", "%1") if isinstance(part, ast.Constant) else f"%{next(numbers)}"
-        for part in node.values
-    )
+    return re.sub(r"\{\}", lambda _: f"%{next(numbers)}", text)
 
 
 def is_phrase(text: str) -> bool:
     """True for a text of words: several, or one that begins with a capital letter."""
-    words = re.sub(r"%\d+", "", text)
+    words = re.sub(r"%\d+|&", "", text)
     several = " " in words.strip() or words[:1].isupper() or (words != text and " " in text)
     return bool(several and re.search(r"[^\W\d_]{2}", words) and not NO_PHRASE.match(text))
 

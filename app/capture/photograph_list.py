@@ -36,6 +36,7 @@ from app.document.document import Project
 from app.widgets import theme
 from app.widgets import theme as icons
 from app.widgets.controls import ComboBox
+from app.widgets.language import translate
 from app.widgets.number_field import number_from_text, plain
 from app.widgets.panels import button, text
 from app.widgets.status_bar import VERDICTS
@@ -149,9 +150,9 @@ class PhotographModel(QAbstractListModel):
         if role == Qt.ItemDataRole.ToolTipRole:
             state = "Excluded from the material. " if row.excluded else ""
             editable = "\nDouble-click to enter elevation / azimuth in degrees (0 = right, 90 = up)"
-            return f"{row.name}\n{state}{row.finding}".strip() + (editable if self.angles_editable else "")
+            return translate(f"{row.name}\n{state}{row.finding}".strip() + (editable if self.angles_editable else ""))
         if role == Qt.ItemDataRole.AccessibleTextRole:
-            return f"{row.name}, {row.elevation_deg:g} degrees, {row.verdict.name.lower()}"
+            return translate(f"{row.name}, {row.elevation_deg:g} degrees, {row.verdict.name.lower()}")
         return None
 
     def flags(self, index: Index) -> Qt.ItemFlag:

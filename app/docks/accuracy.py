@@ -35,6 +35,7 @@ from app.jobs.jobs import Job
 from app.view.tab import ViewTab
 from app.widgets import theme
 from app.widgets.controls import ComboBox
+from app.widgets.language import translate
 from app.widgets.number_field import NUMERIC, mark
 from app.widgets.panels import SCROLL_BAR, Rows, Scrolled, button, enable, text, with_buttons
 from app.widgets.theme import PADDING, STEP, role
@@ -237,9 +238,7 @@ class AccuracyDock(QDockWidget):
             if point is None:
                 left = len(accuracy.unmeasured)
                 were = "1 was" if left == 1 else f"{left} were"
-                self.words.setText(
-                    f"{self.choice.reason}." + (f" {were} skipped: measure for longer." if left else "")
-                )
+                self.words.setText(f"{self.choice.reason}." + (f" {were} skipped: measure for longer." if left else ""))
             else:
                 error = f"{percent(point.error_rmse_rel)} in {time_text(point.frame_s)}"
                 then = "It is on screen." if point.setting == self.view.setting else "Enter applies it."
@@ -358,7 +357,9 @@ class Legend(QLabel):
         """Name these."""
         self.modes = modes
         shown = [mode_named(mode) for mode in modes]
-        words = (f'<span style="color:{theme.line(m.colour)}">{m.mark[1]}</span>&nbsp;{m.label}' for m in shown)
+        words = (
+            f'<span style="color:{theme.line(m.colour)}">{m.mark[1]}</span>&nbsp;{translate(m.label)}' for m in shown
+        )
         self.setText(" &nbsp; ".join(word.replace(" map", "&nbsp;map") for word in words))
         self.setVisible(bool(modes))
 

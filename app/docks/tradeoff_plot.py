@@ -20,6 +20,7 @@ from app.document.measured import AXES, Accuracy, describe
 from app.document.modes import mode_named, modes
 from app.factor.plot import log_ticks
 from app.widgets import theme
+from app.widgets.language import translate
 from app.widgets.plots import Plot
 from engine.planning.costs.setting import Setting
 from engine.tradeoff.front import front
@@ -53,7 +54,7 @@ class TradeoffPlot(Plot):
         self.marks: dict[str, Any] = {}
         for each in (self.joined, self.bars, self.ring, self.reached):
             item.addItem(each, ignoreBounds=True)
-        self.nothing = pg.TextItem("Measured settings appear here", anchor=(0.5, 0.5))
+        self.nothing = pg.TextItem(translate("Measured settings appear here"), anchor=(0.5, 0.5))
         item.addItem(self.nothing, ignoreBounds=True)
         for mode in modes():
             marks = pg.ScatterPlotItem(

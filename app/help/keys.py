@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialog, QMessageBox, QPlainTextEdit, QTextBrowser, QVBoxLayout, QWidget
 
 import engine
+from app.widgets.language import translate
 from app.widgets.panels import button
 
 HELP = """Mouse in the viewport
@@ -71,7 +72,7 @@ def show_keys(window: QWidget) -> None:
     """Show keys and gestures, in a dialog that is no higher than the smallest window."""
     table = QTextBrowser()
     table.setAccessibleName("Mouse and keyboard")
-    table.setHtml(f"<table cellspacing='0' cellpadding='3'>{''.join(map(_row, HELP.splitlines()))}</table>")
+    table.setHtml(f"<table cellspacing='0' cellpadding='3'>{''.join(map(_row, translate(HELP).splitlines()))}</table>")
     _show_text(window, "Mouse and keyboard", table, HELP_PX)
 
 

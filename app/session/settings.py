@@ -48,6 +48,9 @@ PROJECT_ENDING = ".lap"
 NUMBERS = ("system", ".", ",")
 
 
+#: Languages of the window: the one of the system, where there is a translation, or one by its code.
+LANGUAGES = ("system", "en", "de")
+
 #: Millimetres of each unit in which lengths can be given.
 UNITS_MM = {"mm": 1.0, "cm": 10.0, "in": 25.4}
 
@@ -66,6 +69,7 @@ class Settings:
     `recent_projects` are all projects that were ever opened, the latest first, and `recent_files` what was opened last
     of everything else.
     `measure_error` says whether the image in the View workspace is compared with a reference in the background.
+    `language` is one of `LANGUAGES`.
     `numbers` is the decimal mark, one of `NUMBERS`; `unit` is that of lengths, one of `UNITS_MM`; `graphics` draws, one
     of `GRAPHICS`; `tone_map` is that of new projects. `threads` and `memory_gb` are
     the CPUs that the program uses and the memory that a plan may choose; 0 is no limit. `cache_gb` is the size of
@@ -84,6 +88,7 @@ class Settings:
     dock_sizes: tuple[int, ...] = ()
     measure_error: bool = True
     workspace: str = ""
+    language: str = "system"
     numbers: str = "system"
     unit: str = "mm"
     graphics: str = "system"
@@ -95,7 +100,13 @@ class Settings:
 
 
 #: Choices of one of several words, by their names in `Settings`.
-_CHOICES = {"numbers": NUMBERS, "unit": tuple(UNITS_MM), "graphics": GRAPHICS, "tone_map": tuple(OPERATORS)}
+_CHOICES = {
+    "language": LANGUAGES,
+    "numbers": NUMBERS,
+    "unit": tuple(UNITS_MM),
+    "graphics": GRAPHICS,
+    "tone_map": tuple(OPERATORS),
+}
 
 
 def config_folder() -> Path | None:

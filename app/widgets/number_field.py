@@ -16,6 +16,7 @@ from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QLineEdit, QToolTip, QWidget
 
 from app.widgets.controls import ClickFirst
+from app.widgets.language import translate
 from app.widgets.theme import role
 from engine.core.errors import UsageError
 from engine.core.figure_text import local
@@ -82,8 +83,8 @@ class NumberField(ClickFirst, QLineEdit):
         nothing: str = "",
     ) -> None:
         super().__init__()
-        self.value, self.low, self.high, self.unit, self.log = value, low, high, unit, log
-        self.nothing = nothing
+        self.value, self.low, self.high, self.unit, self.log = value, low, high, translate(unit), log
+        self.nothing = translate(nothing)
         self.default = value if default is None else default
         self._pressed_at: float | None = None
         self._from = value

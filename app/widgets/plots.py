@@ -14,6 +14,7 @@ from PySide6.QtGui import QColor, QFontMetrics, QMouseEvent, QPainter, QPaintEve
 from PySide6.QtWidgets import QWidget
 
 from app.widgets import theme
+from app.widgets.language import translate
 from app.widgets.number_field import plain
 from engine.core.figure_text import format_fixed, local
 
@@ -69,7 +70,7 @@ class Plot(pg.PlotWidget):
         """
         style = {"color": theme.current().secondary, "font-size": "11px"}
         for side, words in self._fitting().items():
-            self.getPlotItem().getAxis(side).setLabel(words or None, siPrefixEnableRanges=(), **style)
+            self.getPlotItem().getAxis(side).setLabel(translate(words) or None, siPrefixEnableRanges=(), **style)
 
     def _fitting(self) -> dict[str, str]:
         metrics, fitting = QFontMetrics(theme.font(11)), {}

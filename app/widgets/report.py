@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QVBoxLayout, QWidget
 
 from app.widgets import theme
 from app.widgets import theme as icons
+from app.widgets.language import translate
 from app.widgets.panels import text
 from app.widgets.status_bar import VERDICTS
 from app.widgets.theme import STEP
@@ -76,7 +77,7 @@ class Report(QWidget):
         words.setTextFormat(Qt.TextFormat.RichText)
         words.setText(
             f'<a style="color:{theme.current().accent};text-decoration:none" href="source">{escape(source)}</a>'
-            f"{finding.between}{escape(finding.text)}"
+            f"{finding.between}{escape(translate(finding.text))}"
         )
         words.setTextInteractionFlags(
             Qt.TextInteractionFlag.LinksAccessibleByMouse | Qt.TextInteractionFlag.LinksAccessibleByKeyboard

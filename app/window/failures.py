@@ -78,7 +78,8 @@ class Failures(QObject):
             return
         if not isinstance(error, LightarcError):
             self._faults_shown.add(key)
-        box = QMessageBox(QMessageBox.Icon.Warning, "Lightarc", title, QMessageBox.StandardButton.Close, self.window)
+        box = QMessageBox(QMessageBox.Icon.Warning, "Lightarc", "", QMessageBox.StandardButton.Close, self.window)
+        box.setText(title)
         box.button(QMessageBox.StandardButton.Close).setIcon(QIcon())  # the style's own is black, also on dark
         box.setInformativeText(message)
         for label in box.findChildren(QLabel):

@@ -8,7 +8,7 @@ from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from PySide6.QtCore import QByteArray, QLocale, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QByteArray, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QCursor, QDragEnterEvent, QDropEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QVBoxLayout, QWidget
 
@@ -29,7 +29,7 @@ from app.session.settings import NUMBERS, Remembered, close_session, open_sessio
 from app.start.examples import EXAMPLES
 from app.view.error_line import ErrorLine
 from app.view.tab import ViewTab
-from app.widgets import theme
+from app.widgets import language, theme
 from app.widgets.image_view import ImageView
 from app.widgets.panels import Pages
 from app.widgets.status_bar import StatusBar
@@ -81,6 +81,7 @@ PHOTOGRAPHS = "engine.capture.photograph.decode"
 #: Preferences that hold later, and what is said of them.
 AT_NEXT_START = {
     "threads": "Lightarc uses this number of CPUs from its next start on",
+    "language": "Lightarc uses this language from its next start on",
     "graphics": "Lightarc uses this graphics device from its next start on",
 }
 
@@ -527,7 +528,8 @@ class MainWindow(QMainWindow):
 
     def _take_preferences(self) -> None:
         now = self.settings.now
-        write_with(QLocale.system().decimalPoint() if now.numbers == NUMBERS[0] else now.numbers, minus="−")
+        point = language.locale_of(now.language).decimalPoint()
+        write_with(point if now.numbers == NUMBERS[0] else now.numbers, minus="−")
         self.projects.first = Project(look=Look(tone_map=cast(Operator, now.tone_map)))
         self.view.planning.max_memory(1e9 * now.memory_gb or None)
         if "export" in self.tabs:

@@ -17,6 +17,7 @@ from app.session import cache
 from app.session.settings import NUMBERS, Settings, cache_folder
 from app.view.tab import TONE_MAPS
 from app.widgets.controls import ComboBox
+from app.widgets.language import LANGUAGES
 from app.widgets.panels import Rows, button, enable, line, text
 from app.widgets.theme import PADDING, STEP
 from engine.core.figure_text import size_text
@@ -28,6 +29,7 @@ CACHES_GB = (0.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
 #: Width of the dialog in pixels.
 WIDTH_PX = 420
 
+SPOKEN = (("system", "System default"), *LANGUAGES.items())
 THEMES = (("dark", "Dark"), ("light", "Light"))
 LENGTHS = (("mm", "Millimetres"), ("cm", "Centimetres"), ("in", "Inches"))
 FORMS = tuple(zip(NUMBERS, ("System default", "1,234.5", "1 234,5"), strict=True))
@@ -53,6 +55,9 @@ class Preferences(QDialog):
         self.boxes: dict[str, QComboBox] = {}
         window_rows = self._section("Window")
         self._choice(window_rows, "theme", "Theme", THEMES, now.theme)
+        self._choice(
+            window_rows, "language", "Language", SPOKEN, now.language, "Language of the window, from the next start on"
+        )
         self._choice(window_rows, "numbers", "Numbers", FORMS, now.numbers, "The decimal mark of figures and fields")
         self._choice(
             window_rows,

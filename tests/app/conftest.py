@@ -8,7 +8,7 @@ import ctypes
 import gc
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import cache, lru_cache, partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -233,7 +233,7 @@ def window(
 
 
 @contextlib.contextmanager
-def open_window(monkeypatch: pytest.MonkeyPatch, names: Sequence[str]) -> Iterator[Any]:
+def open_window(monkeypatch: pytest.MonkeyPatch, names: Collection[str]) -> Iterator[Any]:
     """The main window with the workspaces `names` from the beginning, shown, and closed at the end."""
     from app.window.main_window import MainWindow
     from app.window.top_bar import WORKSPACES

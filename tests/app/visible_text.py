@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from PySide6.QtCore import QAbstractItemModel, QAbstractListModel, QModelIndex, Qt
+from PySide6.QtCore import QAbstractItemModel, QAbstractListModel, QModelIndex, QObject, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QAbstractItemView, QApplication, QComboBox, QMenu, QWidget
+from PySide6.QtWidgets import QAbstractItemView, QApplication, QComboBox, QLineEdit, QMenu, QWidget
 
 #: Properties of Qt that hold a text for users.
 PROPERTIES = (
@@ -21,18 +21,26 @@ PROPERTIES = (
 )
 
 
-def read(*windows: QWidget) -> Iterator[tuple[QWidget | QAction, str]]:
+#: Title of the menu that pyqtgraph makes for each plot, and that no plot shows.
+OF_PLOTS = "Plot Options"
+
+
+def read(*windows: QWidget) -> Iterator[tuple[QObject, str]]:
     """Each text of the windows and of all that is in them, with the widget or action that shows it."""
-    menus = [menu for menu in QApplication.topLevelWidgets() if isinstance(menu, QMenu)]
+    menus = [menu for menu in QApplication.topLevelWidgets() if isinstance(menu, QMenu) and not _is_of_plot(menu)]
     for window in (*windows, *menus):
         for shown in (window, *window.findChildren(QWidget), *window.findChildren(QAction)):
-            for name in PROPERTIES:
+            for name in PROPERTIES[isinstance(shown, QLineEdit) :]:  # what a field holds is the user's
                 text = shown.property(name)
                 if isinstance(text, str) and text:
                     yield shown, text
             if isinstance(shown, QComboBox | QAbstractItemView):
                 model = shown.model()
                 yield from ((shown, text) for text in _read_cells(model) if model is not None)
+
+
+def _is_of_plot(menu: QWidget | None) -> bool:
+    return isinstance(menu, QMenu) and (menu.title() == OF_PLOTS or _is_of_plot(menu.parentWidget()))
 
 
 def _read_cells(model: QAbstractItemModel) -> Iterator[str]:

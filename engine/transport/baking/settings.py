@@ -21,7 +21,7 @@ BOUNCES = 3
 
 
 #: Choices of a form if a plan may decide.
-AS_PLANNED = ((None, "As planned"), (False, "Left out"), (True, "With"))
+AS_PLANNED = ((None, "As planned"), (False, "Without"), (True, "With"))
 
 
 _FINE = "N × N rays for each texel of the cube map at the edges of shadows"

@@ -5,20 +5,37 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
 from typing import Any
 
 import pytest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtCore import QLocale, QTranslator
+from PySide6.QtWidgets import QApplication, QLabel
 
+from app.widgets import language
 from app.window.main_window import MainWindow
 from app.window.top_bar import WORKSPACES
+from benchmarks.app.faults import cut
 from tests.app.conftest import open_window
 from tests.app.visible_text import read
-from tests.app.window.test_main_window import fill
+from tests.app.window.test_main_window import fill, is_quiet, wait
 from tests.test_words import OLD_IN_WINDOW, PROJECT
+
+LANGUAGES = PROJECT / "resources" / "language"
 
 #: Workspaces in which a light is one of the scene; in the others a lamp stands before the sample.
 RENDERED = ("view", "varying", "viewport")
+
+
+#: Names of people, files and programs, and what the test has put into the window.
+NAMES = re.compile(
+    r"a rather long name|has something to say|^Test$|lightarc-|/tmp|pytest|^/|\.(?:tif|lap|png|json|exr|lightarc)\b|"
+    r"Undo Fill"
+)
+
+#: A word that a translation must have, and words that are English alone.
+WORD = re.compile(r"[^\W\d_]{4}")
+ENGLISH = re.compile(r"\b(?:the|of|is|are|and|with|not|this|for|by|from|light|image|what|which)\b")
 
 
 def load_translate() -> Any:
@@ -28,6 +45,15 @@ def load_translate() -> Any:
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+translate = load_translate()
+
+
+@pytest.fixture(scope="module")
+def phrases() -> dict[str, list[str]]:
+    """Texts of the sources that the window may show, by context."""
+    return dict(translate.collect())
 
 
 @pytest.fixture(scope="module")
@@ -48,14 +74,90 @@ def test_texts_of_the_window_are_in_words_of_the_field(whole: MainWindow) -> Non
     assert [f"{found[0]}: {text}" for text in sorted(shown) for found in OLD_IN_WINDOW.finditer(text)] == []
 
 
-def test_texts_that_the_window_may_show_are_in_words_of_the_field() -> None:
-    translate = load_translate()
+def test_texts_that_the_window_may_show_are_in_words_of_the_field(phrases: dict[str, list[str]]) -> None:
     found = [
-        f"{path.relative_to(PROJECT)}:{line}: {match[0]}"
-        for context in translate.CONTEXTS
-        for path in sorted((PROJECT / "app" / context).rglob("*.py"))
-        for line, text in translate.find_phrases(path)
+        f"{context}: {match[0]}: {text}"
+        for context, texts in phrases.items()
+        for text in texts
         for match in (OLD_IN_WINDOW.search(text), context in RENDERED and re.search(r"\blamps? |\bLamps?\b", text))
         if match
     ]
     assert found == []
+
+
+@pytest.mark.parametrize("path", sorted(LANGUAGES.glob("*.ts")), ids=lambda path: path.stem)
+def test_every_text_of_the_sources_has_a_translation(path: Path, phrases: dict[str, list[str]]) -> None:
+    known = {source for context in translate.read(path).values() for source, text in context.items() if text}
+    missing = {context: [text for text in texts if text not in known] for context, texts in phrases.items()}
+    assert {context: texts for context, texts in missing.items() if texts} == {}, "run packaging/translate.py"
+
+
+def test_values_of_a_text_are_values_of_its_translation() -> None:
+    """A translation may say less than a text, as where a plural has a form of its own, and never asks for more."""
+    for path in LANGUAGES.glob("*.ts"):
+        pairs = [pair for context in translate.read(path).values() for pair in context.items()]
+        for source, text in pairs:
+            assert {*re.findall(r"%\d+", text)} <= {*re.findall(r"%\d+", source)}, source
+            assert text.count("\n") == source.count("\n"), source
+
+
+@pytest.fixture
+def german() -> Iterator[None]:
+    """The German translations, without the replaced setters: the window stays as it is."""
+    language._load("de")
+    yield
+    language._load("en")
+
+
+def test_every_text_of_the_window_has_a_translation(whole: MainWindow, german: None) -> None:
+    shown = {text for _, text in read(whole)}
+    published = {text for text in shown if "Lafortune fits" in text}
+    shown -= published | {text.split("\n")[0] for text in published}  # names and sources of published materials
+    english = {text: language.translate(text) for text in shown if not NAMES.search(text)}
+    found = [f"{text!r}: {new!r}" for text, new in english.items() if is_english(text, new)]
+    assert "\n".join(sorted(found)) == ""
+
+
+def is_english(text: str, new: str) -> bool:
+    """True for a text of words without a translation, or one with words that are English alone."""
+    return (language.find_translation(text) is None and bool(WORD.search(text))) or bool(ENGLISH.search(new))
+
+
+def test_a_text_is_translated_whole_by_its_template_and_part_by_part(german: None) -> None:
+    assert language.translate("3 of 12 selected") == "3 von 12 ausgewählt"
+    assert language.translate("1 project") == "1 Projekt"
+    assert language.translate("2 projects") == "2 Projekte"
+    assert language.translate("felt of wool.obj does not exist") == "felt of wool.obj existiert nicht"
+    assert language.translate("No photograph is used. Nothing was changed.") == (
+        "Kein Foto wird verwendet. Nichts wurde geändert."
+    )
+    assert language.translate("House of stone") == "House of stone", "no short template takes a name apart"
+    assert language.translate("12.5 ms") == "12.5 ms"
+
+
+def test_a_setter_translates_its_first_text_and_no_data(german: None) -> None:
+    shown: list[Any] = []
+    setter = language._translating(lambda *given: shown.append(given))
+    setter(3, "Open", "open")
+    setter(3, ["Job", "Time", ""])
+    assert shown == [(3, "Öffnen", "open"), (3, ["Auftrag", "Zeit", ""])]
+
+
+@pytest.mark.long
+def test_no_german_words_are_cut_off(qapp: QApplication, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    language.use("de", qapp)
+    try:
+        with open_window(monkeypatch, WORKSPACES) as window:
+            fill(window)
+            window.resize(1280, 800)
+            for name in WORKSPACES:
+                window.show_workspace(name)
+                wait(qtbot, lambda: is_quiet(window))
+                qtbot.wait(60)
+                assert cut(window) == [], name
+            assert QLabel("Open").text() == "Öffnen"
+    finally:
+        language._load("en")
+        for translator in qapp.findChildren(QTranslator):
+            qapp.removeTranslator(translator)
+        QLocale.setDefault(QLocale.system())

@@ -1,0 +1,286 @@
+"""The language of the window: one function translates every text that reaches the screen.
+
+Texts are written in English where they arise, also in declarations and messages of the engine, which knows no window.
+`use` lets the setters of Qt (`SETTERS`) pass them through `translate`, so that no caller has to think of it; in English
+nothing is replaced. The translations are `resources/language/LANGUAGE.ts`, in the format of Qt Linguist, read as they
+are; `packaging/translate.py` keeps them in step with the sources.
+
+A text is found whole, or by a template: "%1 of %2 selected" stands for the formatted string with two values, which are
+translated in turn, since they may be texts again. Failing that, its sentences and the parts of a list are translated
+one by one; what is in no translation, as the name of a file, stays. A text costs 0.1 ms once, and is remembered.
+"""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+from xml.etree import ElementTree
+
+from PySide6.QtCore import QLibraryInfo, QLocale, QTranslator
+from PySide6.QtGui import QAction, QFontMetrics, QFontMetricsF, QPainter, QUndoCommand, QUndoStack
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QCheckBox,
+    QComboBox,
+    QDockWidget,
+    QFileDialog,
+    QInputDialog,
+    QLabel,
+    QLineEdit,
+    QListWidgetItem,
+    QMenu,
+    QMenuBar,
+    QMessageBox,
+    QPlainTextEdit,
+    QPushButton,
+    QTableWidget,
+    QTableWidgetItem,
+    QToolTip,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QWidget,
+)
+
+from app.widgets.resources import RESOURCES
+
+#: Languages of the window by their codes, each by its own name.
+LANGUAGES = {"en": "English", "de": "Deutsch"}
+
+#: The functions of Qt that take a text for the screen; their first text is it.
+SETTERS: dict[type, str] = {
+    QLabel: "__init__ setText",
+    QAbstractButton: "setText",
+    QPushButton: "__init__",
+    QCheckBox: "__init__",
+    QAction: "__init__ setText setToolTip",
+    QWidget: "setToolTip setWindowTitle setAccessibleName setAccessibleDescription",
+    QComboBox: "addItem insertItem setItemText setItemData setPlaceholderText",
+    QLineEdit: "setPlaceholderText",
+    QPlainTextEdit: "setPlaceholderText",
+    QDockWidget: "__init__",
+    QMenu: "__init__ addAction addMenu setTitle",
+    QMenuBar: "addMenu",
+    QMessageBox: "__init__ setText setInformativeText addButton",
+    QInputDialog: "setLabelText",
+    QListWidgetItem: "__init__ setText setToolTip",
+    QTableWidget: "setHorizontalHeaderLabels",
+    QTableWidgetItem: "__init__ setText setToolTip",
+    QTreeWidget: "setHeaderLabels",
+    QTreeWidgetItem: "__init__ setText setToolTip",
+    QUndoCommand: "__init__ setText",
+    QUndoStack: "createUndoAction createRedoAction",
+    QPainter: "drawText",
+    QFontMetrics: "horizontalAdvance elidedText boundingRect",
+    QFontMetricsF: "horizontalAdvance elidedText boundingRect",
+}
+
+#: The same where they belong to a class and not to an object.
+CLASS_SETTERS: dict[type, str] = {
+    QFileDialog: "getOpenFileName getOpenFileNames getSaveFileName getExistingDirectory",
+    QToolTip: "showText",
+}
+
+#: Boundaries of the sentences and of the parts of a text, in the order in which they are tried.
+SENTENCES = (re.compile(r"(\n)"), re.compile(r"( · )"), re.compile(r"((?<=[.!?…]) )"))
+PARTS = tuple(map(re.compile, (r"(; )", r"(: )", r"(, )", r"([.:…]{1,3}$)", r"( \(|\)$)")))
+
+#: Templates with fewer letters hold for values that are single words, numbers or texts with a translation; those of
+#: the second length, as '%1 of %2', for numbers and texts with a translation.
+SHORT, SHORTEST = 8, 4
+
+_WORD = re.compile(r"[^\W\d_]{2}")
+_NUMBER = re.compile(r"[−-]?[\d.,\u202f]{1,24}(?:$|\W)")
+_VALUE = re.compile(r"%(\d{1,2})")
+
+#: A mark or a key behind a phrase: '.', '…', ' (Ctrl+P)'.
+_BEHIND = re.compile(r"[.:…]{1,3}$| \((?:[A-Z]|[A-Z][a-z]{1,8}\+\w{1,9})\)$")
+
+
+@dataclass(frozen=True)
+class Template:
+    """A formatted string: its `pieces` between the values, the names of these, its letters, and the translation."""
+
+    pieces: tuple[str, ...]
+    names: tuple[str, ...]
+    letters: int
+    translation: str
+
+    def find_values(self, text: str) -> list[str] | None:
+        """The values with which the template is `text`, each as short as it can be; None where it is another text."""
+        (first, *middle), last = self.pieces[:-1], self.pieces[-1]
+        if len(text) < len(first) + len(last) or not (text.startswith(first) and text.endswith(last)):
+            return None
+        values, rest = [], text[len(first) : len(text) - len(last)]
+        for piece in middle:
+            value, found, rest = rest.partition(piece) if piece else ("", True, rest)
+            if not found:
+                return None
+            values.append(value)
+        return [*values, rest]
+
+
+_phrases: dict[str, str] = {}
+_templates: list[Template] = []
+
+
+def choose(wanted: str) -> str:
+    """The code of the language for the preference `wanted`; 'system' is the first one that the system prefers."""
+    preferred = [wanted] if wanted != "system" else [each.partition("-")[0] for each in QLocale.system().uiLanguages()]
+    return next((code for code in preferred if code in LANGUAGES), "en")
+
+
+def locale_of(wanted: str) -> QLocale:
+    """The forms of numbers of the language `wanted`."""
+    return QLocale.system() if wanted == "system" else QLocale(wanted)
+
+
+def use(language: str, application: QApplication) -> None:
+    """Show all texts in `language` from now on, a code of `LANGUAGES`, and those of Qt's own dialogs."""
+    _load(language)
+    if language == "en":
+        return
+    QLocale.setDefault(QLocale(language))
+    translator = QTranslator(application)
+    if translator.load(f"qtbase_{language}", QLibraryInfo.path(QLibraryInfo.LibraryPath.TranslationsPath)):
+        application.installTranslator(translator)
+    _replace_setters()
+
+
+def _load(language: str) -> None:
+    global _phrases, _templates
+    _phrases, _templates = {}, []
+    find_translation.cache_clear()
+    path = RESOURCES / "language" / f"{language}.ts"
+    if not path.is_file():
+        return
+    for message in ElementTree.parse(path).getroot().iter("message"):
+        source, translation = message.findtext("source", ""), message.findtext("translation", "")
+        if not translation:
+            continue
+        _phrases[source] = translation
+        if _VALUE.search(source):
+            _templates.append(_template(source, translation))
+    _templates.sort(key=lambda template: -template.letters)
+
+
+def _template(source: str, translation: str) -> Template:
+    pieces = _VALUE.split(source)
+    letters = sum(letter.isalpha() for piece in pieces[::2] for letter in piece)
+    return Template(tuple(pieces[::2]), tuple(pieces[1::2]), letters, translation)
+
+
+def translate(text: str) -> str:
+    """`text` in the language of the window; what has no translation stays as it is."""
+    return (find_translation(text) or text) if _phrases else text
+
+
+@lru_cache(maxsize=16384)
+def find_translation(text: str) -> str | None:
+    """The translation of `text`, or None where no part of it has one."""
+    bare = text.strip()
+    if not bare:
+        return None
+    if bare != text:
+        whole = _phrases.get(text) or _fill_template(text, SHORT)
+        inner = None if whole else find_translation(bare)
+        return whole or (inner and text.replace(bare, inner, 1))
+    if found := _find_phrase(bare):
+        return found
+    if not _WORD.search(bare):
+        return None
+    return (
+        _fill_template(bare, SHORT)
+        or (bare[:1].isupper() and _other_case(_fill_template(_other_case(bare), SHORT) or ""))
+        or _translate_parts(bare, SENTENCES)
+        or _fill_template(bare, SHORTEST)
+        or _translate_end(bare)
+        or _fill_template(bare, 0)
+        or _translate_parts(bare, PARTS)
+    )
+
+
+def _find_phrase(text: str) -> str | None:
+    """A phrase as it is, with a mark or a key behind it, or with its first letter in the other case."""
+    phrase, behind = text, ""
+    if text not in _phrases and (found := _BEHIND.search(text)):
+        phrase, behind = text[: found.start()], found[0]
+    if phrase in _phrases:
+        return _phrases[phrase] + behind
+    other = _phrases.get(_other_case(phrase))
+    return other and (_other_case(other) if phrase[:1].isupper() and other[:1].islower() else other) + behind
+
+
+def _other_case(text: str) -> str:
+    return text[:1].swapcase() + text[1:]
+
+
+def _fill_template(text: str, letters: int) -> str | None:
+    """The translation of the template with the most letters, and no fewer than `letters`, that `text` fits."""
+    for template in _templates:
+        if template.letters < letters:
+            return None
+        values = template.find_values(text)
+        if values is None:
+            continue
+        known = [find_translation(value) for value in values]
+        doubtful = [value for value, new in zip(values, known, strict=True) if not new and not _NUMBER.match(value)]
+        if template.letters < SHORT and any(" " in value for value in doubtful):
+            continue
+        if template.letters < SHORTEST and doubtful:
+            continue
+        new = {name: new or value for name, value, new in zip(template.names, values, known, strict=True)}
+        return _VALUE.sub(lambda found: new[found[1]], template.translation)  # noqa: B023 - it is called at once
+    return None
+
+
+def _translate_end(text: str) -> str | None:
+    """A name with a phrase behind it: 'felt.obj is damaged'."""
+    words = text.split(" ")
+    for place in range(1, min(len(words) - 1, 8)):
+        rest = " ".join(words[place:])
+        if rest in _phrases and rest[:1].islower():
+            return f"{' '.join(words[:place])} {_phrases[rest]}"
+    return None
+
+
+def _translate_parts(text: str, boundaries: Sequence[re.Pattern[str]]) -> str | None:
+    """The parts of `text` between the first of the boundaries that it has, one by one."""
+    for boundary in boundaries:
+        parts = boundary.split(text)
+        known = [find_translation(part) if part != text else None for part in parts]
+        if any(known):
+            return "".join(new or part for part, new in zip(parts, known, strict=True))
+    return None
+
+
+@functools.cache
+def _replace_setters() -> None:
+    for owner, names in SETTERS.items():
+        for name in names.split():
+            setattr(owner, name, _translating(getattr(owner, name)))
+    for owner, names in CLASS_SETTERS.items():
+        for name in names.split():
+            setattr(owner, name, staticmethod(_translating(getattr(owner, name))))
+
+
+def _translating(setter: Callable[..., Any]) -> Callable[..., Any]:
+    """`setter` with the translation of its first text, or of a list of texts."""
+
+    @functools.wraps(setter)
+    def show(*given: Any, **more: Any) -> Any:
+        arguments = list(given)
+        for at, argument in enumerate(arguments):
+            if isinstance(argument, str):
+                arguments[at] = translate(argument)
+                break
+            if isinstance(argument, list | tuple) and all(isinstance(each, str) for each in argument):
+                arguments[at] = [translate(each) for each in argument]
+                break
+        return setter(*arguments, **more)
+
+    return show

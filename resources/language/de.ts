@@ -1,0 +1,9906 @@
+<?xml version="1.0" encoding="utf-8"?>
+<!DOCTYPE TS>
+<TS version="2.1" language="de" sourcelanguage="en">
+ <context>
+  <name>capture</name>
+  <message>
+   <source>reading the photograph</source>
+   <translation>Foto wird gelesen</translation>
+  </message>
+  <message>
+   <source>Before</source>
+   <translation>Vorher</translation>
+  </message>
+  <message>
+   <source>The photograph as it was taken, with handles to frame it</source>
+   <translation>Das Foto wie aufgenommen, mit Griffen für den Bildausschnitt</translation>
+  </message>
+  <message>
+   <source>After</source>
+   <translation>Nachher</translation>
+  </message>
+  <message>
+   <source>Calibrated, aligned and framed</source>
+   <translation>Kalibriert, ausgerichtet und zugeschnitten</translation>
+  </message>
+  <message>
+   <source>Alignment</source>
+   <translation>Ausrichten</translation>
+  </message>
+  <message>
+   <source>Automatic</source>
+   <translation>Automatisch</translation>
+  </message>
+  <message>
+   <source>Off</source>
+   <translation>Aus</translation>
+  </message>
+  <message>
+   <source>Shift</source>
+   <translation>Verschiebung</translation>
+  </message>
+  <message>
+   <source>Shift and turn</source>
+   <translation>Verschiebung, Drehung</translation>
+  </message>
+  <message>
+   <source>Affine</source>
+   <translation>Affin</translation>
+  </message>
+  <message>
+   <source>Perspective</source>
+   <translation>Perspektivisch</translation>
+  </message>
+  <message>
+   <source>Allowed motion between photographs</source>
+   <translation>Erlaubte Bewegung zwischen den Fotos</translation>
+  </message>
+  <message>
+   <source>White bal.</source>
+   <translation>Weißabgl.</translation>
+  </message>
+  <message>
+   <source>As shot</source>
+   <translation>Wie aufgenommen</translation>
+  </message>
+  <message>
+   <source>None</source>
+   <translation>Ohne</translation>
+  </message>
+  <message>
+   <source>Grey patch…</source>
+   <translation>Graufeld…</translation>
+  </message>
+  <message>
+   <source>White balance of RAW files; a grey patch balances all files</source>
+   <translation>Weißabgleich von RAW-Dateien; ein Graufeld gleicht alle Dateien ab</translation>
+  </message>
+  <message>
+   <source>Encoding</source>
+   <translation>Kodierung</translation>
+  </message>
+  <message>
+   <source>Linear</source>
+   <translation>Linear</translation>
+  </message>
+  <message>
+   <source>Transfer function of 8- and 16-bit files; automatic: that of their colour profile, without one sRGB unless capture.toml says linear</source>
+   <translation>Tonwertkurve von Dateien mit 8 und 16 Bit; automatisch: die ihres Farbprofils, ohne Profil sRGB, sofern capture.toml nicht „linear“ angibt</translation>
+  </message>
+  <message>
+   <source>Maps in</source>
+   <translation>Karten in</translation>
+  </message>
+  <message>
+   <source>Rec.709</source>
+   <translation>Rec.709</translation>
+  </message>
+  <message>
+   <source>Rec.2020 if needed</source>
+   <translation>Rec.2020 bei Bedarf</translation>
+  </message>
+  <message>
+   <source>Rec.2020</source>
+   <translation>Rec.2020</translation>
+  </message>
+  <message>
+   <source>ACEScg</source>
+   <translation>ACEScg</translation>
+  </message>
+  <message>
+   <source>Colour space in which maps of the surface are made: colours beyond it do not fit between 0 and 1. Images are shown in that of the screen</source>
+   <translation>Farbraum der Oberflächenkarten: Farben außerhalb passen nicht zwischen 0 und 1. Bilder werden im Farbraum des Bildschirms gezeigt</translation>
+  </message>
+  <message>
+   <source>Lens</source>
+   <translation>Objektiv</translation>
+  </message>
+  <message>
+   <source>A .lens file that an import has written, by which the distortion of the lens is taken off</source>
+   <translation>Eine beim Import geschriebene .lens-Datei, mit der die Verzeichnung des Objektivs herausgerechnet wird</translation>
+  </message>
+  <message>
+   <source>Object mask</source>
+   <translation>Objektmaske</translation>
+  </message>
+  <message>
+   <source>What of the photographs is the object; the background counts in no map and no figure</source>
+   <translation>Welcher Teil der Fotos das Objekt ist; der Hintergrund zählt in keiner Karte und keinem Messwert</translation>
+  </message>
+  <message>
+   <source>Dark frame</source>
+   <translation>Dunkelbild</translation>
+  </message>
+  <message>
+   <source>A photograph without light, which is subtracted</source>
+   <translation>Ein Foto ohne Licht, das abgezogen wird</translation>
+  </message>
+  <message>
+   <source>Flat field</source>
+   <translation>Weißbild</translation>
+  </message>
+  <message>
+   <source>A photograph of an even white surface, which is divided out</source>
+   <translation>Ein Foto einer gleichmäßig weißen Fläche, durch das geteilt wird</translation>
+  </message>
+  <message>
+   <source>Colour chart</source>
+   <translation>Farbtafel</translation>
+  </message>
+  <message>
+   <source>A classic chart of 24 patches, by which colours are corrected: in a photograph of the capture, in a file of its own under the same lamps, or a .chart file that was saved</source>
+   <translation>Eine klassische Tafel mit 24 Feldern, nach der Farben korrigiert werden: in einem Foto der Aufnahme, in einer eigenen Datei unter denselben Lampen oder als gespeicherte .chart-Datei</translation>
+  </message>
+  <message>
+   <source>As it is</source>
+   <translation>Unverändert</translation>
+  </message>
+  <message>
+   <source>Alpha channel</source>
+   <translation>Alphakanal</translation>
+  </message>
+  <message>
+   <source>As found</source>
+   <translation>Wie gefunden</translation>
+  </message>
+  <message>
+   <source>In a photograph</source>
+   <translation>In einem Foto</translation>
+  </message>
+  <message>
+   <source>Intensity</source>
+   <translation>Intensität</translation>
+  </message>
+  <message>
+   <source>Lamps as they are</source>
+   <translation>Lampen unverändert</translation>
+  </message>
+  <message>
+   <source>Equal, by the object</source>
+   <translation>Gleich, nach Objekt</translation>
+  </message>
+  <message>
+   <source>Equal, by grey patch</source>
+   <translation>Gleich, nach Graufeld</translation>
+  </message>
+  <message>
+   <source>Lamps of a dome differ in intensity, which is divided out: by the smooth change of the object over the lamps, or by a white or grey patch, the one of the white balance</source>
+   <translation>Die Lampen einer Kuppel sind verschieden hell; das wird herausgerechnet: nach der stetigen Änderung des Objekts über die Lampen oder nach einem weißen oder grauen Feld, dem des Weißabgleichs</translation>
+  </message>
+  <message>
+   <source>Near lamps</source>
+   <translation>Nahe Lampen</translation>
+  </message>
+  <message>
+   <source>How far away the lamps are, whose light falls off over the sample</source>
+   <translation>Wie weit die Lampen entfernt sind, deren Licht über die Probe abfällt</translation>
+  </message>
+  <message>
+   <source>Intensities</source>
+   <translation>Intensitäten</translation>
+  </message>
+  <message>
+   <source>How much the lamps differ in intensity</source>
+   <translation>Wie stark sich die Lampen in der Intensität unterscheiden</translation>
+  </message>
+  <message>
+   <source>Room light</source>
+   <translation>Raumlicht</translation>
+  </message>
+  <message>
+   <source>Light that is there whichever lamp is on</source>
+   <translation>Licht, das unabhängig von der Lampe da ist</translation>
+  </message>
+  <message>
+   <source>Camera</source>
+   <translation>Kamera</translation>
+  </message>
+  <message>
+   <source>Small shifts of the camera between photographs of lights all around</source>
+   <translation>Kleine Verschiebungen der Kamera zwischen Fotos mit Licht von allen Seiten</translation>
+  </message>
+  <message>
+   <source>List check</source>
+   <translation>Listenprüfung</translation>
+  </message>
+  <message>
+   <source>Whether the list of lights belongs to the photographs</source>
+   <translation>Ob die Liste der Lichtrichtungen zu den Fotos gehört</translation>
+  </message>
+  <message>
+   <source>Left and right exchanged</source>
+   <translation>Links und rechts vertauscht</translation>
+  </message>
+  <message>
+   <source>Top and bottom exchanged</source>
+   <translation>Oben und unten vertauscht</translation>
+  </message>
+  <message>
+   <source>x and y exchanged</source>
+   <translation>x und y vertauscht</translation>
+  </message>
+  <message>
+   <source>Turned by 180°</source>
+   <translation>Um 180° gedreht</translation>
+  </message>
+  <message>
+   <source>In reverse order</source>
+   <translation>In umgekehrter Reihenfolge</translation>
+  </message>
+  <message>
+   <source>Moved on by one</source>
+   <translation>Um eins weitergerückt</translation>
+  </message>
+  <message>
+   <source>Moved back by one</source>
+   <translation>Um eins zurückgerückt</translation>
+  </message>
+  <message>
+   <source>In the reference and in a photograph that is not aligned correctly</source>
+   <translation>Im Referenzfoto und in einem Foto, das nicht richtig ausgerichtet ist</translation>
+  </message>
+  <message>
+   <source>Brightness of a matte white patch in the crossed photographs over that in the parallel ones</source>
+   <translation>Helligkeit eines matten weißen Felds in den gekreuzten Fotos im Verhältnis zu den parallelen</translation>
+  </message>
+  <message>
+   <source>Unknown</source>
+   <translation>Unbekannt</translation>
+  </message>
+  <message>
+   <source>Per pixel</source>
+   <translation>Je Pixel</translation>
+  </message>
+  <message>
+   <source>Size of a pixel of the photographs</source>
+   <translation>Größe eines Pixels der Fotos</translation>
+  </message>
+  <message>
+   <source>Between two points</source>
+   <translation>Zwischen zwei Punkten</translation>
+  </message>
+  <message>
+   <source>Distance of the two points: drag from the one to the other</source>
+   <translation>Abstand der beiden Punkte: vom einen zum anderen ziehen</translation>
+  </message>
+  <message>
+   <source>By the colour chart</source>
+   <translation>Nach der Farbtafel</translation>
+  </message>
+  <message>
+   <source>From the middle of one patch of the chart to that of the next</source>
+   <translation>Von der Mitte eines Felds der Tafel zur Mitte des nächsten</translation>
+  </message>
+  <message>
+   <source>Estimate by the camera</source>
+   <translation>Schätzung nach Kamera</translation>
+  </message>
+  <message>
+   <source>Estimate by distance</source>
+   <translation>Schätzung nach Abstand</translation>
+  </message>
+  <message>
+   <source>From the sample to the sensor of the camera, as measured</source>
+   <translation>Von der Probe zum Sensor der Kamera, gemessen</translation>
+  </message>
+  <message>
+   <source>Its outline, and the lamp's reflection in each photograph</source>
+   <translation>Ihr Umriss und das Spiegelbild der Lampe in jedem Foto</translation>
+  </message>
+  <message>
+   <source>All that they share</source>
+   <translation>Schnittmenge</translation>
+  </message>
+  <message>
+   <source>Crop</source>
+   <translation>Ausschnitt</translation>
+  </message>
+  <message>
+   <source>Four corners</source>
+   <translation>Vier Ecken</translation>
+  </message>
+  <message>
+   <source>Mark points…</source>
+   <translation>Punkte setzen…</translation>
+  </message>
+  <message>
+   <source>Points</source>
+   <translation>Punkte</translation>
+  </message>
+  <message>
+   <source>Calibration</source>
+   <translation>Kalibrierung</translation>
+  </message>
+  <message>
+   <source>Scale</source>
+   <translation>Maßstab</translation>
+  </message>
+  <message>
+   <source>Size of the sample, for heights and exports in millimetres</source>
+   <translation>Größe der Probe, für Höhen und Exporte in Millimetern</translation>
+  </message>
+  <message>
+   <source>Length</source>
+   <translation>Länge</translation>
+  </message>
+  <message>
+   <source>Mark the length…</source>
+   <translation>Länge markieren…</translation>
+  </message>
+  <message>
+   <source>Drag from one end of a known length to the other</source>
+   <translation>Vom einen Ende einer bekannten Länge zum anderen ziehen</translation>
+  </message>
+  <message>
+   <source>Ends</source>
+   <translation>Endpunkte</translation>
+  </message>
+  <message>
+   <source>Estimated</source>
+   <translation>Geschätzt</translation>
+  </message>
+  <message>
+   <source>From the pairs themselves</source>
+   <translation>Aus den Paaren selbst</translation>
+  </message>
+  <message>
+   <source>Stated</source>
+   <translation>Angegeben</translation>
+  </message>
+  <message>
+   <source>As measured on a matte white patch</source>
+   <translation>Gemessen auf einem matten weißen Feld</translation>
+  </message>
+  <message>
+   <source>Polarisers</source>
+   <translation>Polfilter</translation>
+  </message>
+  <message>
+   <source>How the crossed photographs of the pairs compare with the parallel ones</source>
+   <translation>Verhältnis der gekreuzten Fotos der Paare zu den parallelen</translation>
+  </message>
+  <message>
+   <source>Gain</source>
+   <translation>Faktor</translation>
+  </message>
+  <message>
+   <source>As stated</source>
+   <translation>Wie angegeben</translation>
+  </message>
+  <message>
+   <source>From capture.toml, an .lp file, the file names, or entered</source>
+   <translation>Aus capture.toml, einer .lp-Datei, den Dateinamen oder eingegeben</translation>
+  </message>
+  <message>
+   <source>Sphere</source>
+   <translation>Kugel</translation>
+  </message>
+  <message>
+   <source>Measured on a mirror sphere that is seen in the image</source>
+   <translation>Gemessen an einer Spiegelkugel im Bild</translation>
+  </message>
+  <message>
+   <source>Lights</source>
+   <translation>Lichter</translation>
+  </message>
+  <message>
+   <source>One</source>
+   <translation>Eine</translation>
+  </message>
+  <message>
+   <source>Gives the direction of each lamp</source>
+   <translation>Ergibt die Richtung jeder Lampe</translation>
+  </message>
+  <message>
+   <source>Two</source>
+   <translation>Zwei</translation>
+  </message>
+  <message>
+   <source>Give the positions of near lamps; the second is found in the image</source>
+   <translation>Ergeben die Positionen naher Lampen; die zweite wird im Bild gefunden</translation>
+  </message>
+  <message>
+   <source>Mirror spheres</source>
+   <translation>Spiegelkugeln</translation>
+  </message>
+  <message>
+   <source>Spheres</source>
+   <translation>Kugeln</translation>
+  </message>
+  <message>
+   <source>Correct by hand…</source>
+   <translation>Von Hand korrigieren…</translation>
+  </message>
+  <message>
+   <source>Distant, unless capture.toml says how near</source>
+   <translation>Fern, sofern capture.toml keinen Abstand nennt</translation>
+  </message>
+  <message>
+   <source>Near</source>
+   <translation>Nah</translation>
+  </message>
+  <message>
+   <source>The fall-off of its light over the sample is corrected</source>
+   <translation>Der Abfall des Lichts über die Probe wird korrigiert</translation>
+  </message>
+  <message>
+   <source>Lamp</source>
+   <translation>Lampe</translation>
+  </message>
+  <message>
+   <source>Distance</source>
+   <translation>Abstand</translation>
+  </message>
+  <message>
+   <source>Estimated from the photographs</source>
+   <translation>Aus den Fotos geschätzt</translation>
+  </message>
+  <message>
+   <source>Light list</source>
+   <translation>Lichtliste</translation>
+  </message>
+  <message>
+   <source>The order and the axes in which the list of lights is taken</source>
+   <translation>Reihenfolge und Achsen, in denen die Lichtliste gelesen wird</translation>
+  </message>
+  <message>
+   <source>The photographs fit the list clearly better in this form</source>
+   <translation>Die Fotos passen in dieser Form deutlich besser zur Liste</translation>
+  </message>
+  <message>
+   <source>Framing</source>
+   <translation>Bildausschnitt</translation>
+  </message>
+  <message>
+   <source>Width</source>
+   <translation>Breite</translation>
+  </message>
+  <message>
+   <source>Size</source>
+   <translation>Größe</translation>
+  </message>
+  <message>
+   <source>Of the image that is made</source>
+   <translation>Des erzeugten Bildes</translation>
+  </message>
+  <message>
+   <source>%1 × %2 px</source>
+   <translation>%1 × %2 px</translation>
+  </message>
+  <message>
+   <source>ΔE2000 %1 → %2</source>
+   <translation>ΔE2000 %1 → %2</translation>
+  </message>
+  <message>
+   <source>%1, largest %2</source>
+   <translation>%1, größte %2</translation>
+  </message>
+  <message>
+   <source>Used</source>
+   <translation>Verwendet</translation>
+  </message>
+  <message>
+   <source>Does not fit</source>
+   <translation>Passt nicht</translation>
+  </message>
+  <message>
+   <source>%1 point%2…</source>
+   <translation>%1 Punkt…</translation>
+  </message>
+  <message>
+   <source> and %1 more</source>
+   <translation> und %1 weitere</translation>
+  </message>
+  <message>
+   <source>%1%2 could not be aligned. Points marked by hand place %3.</source>
+   <translation>%1%2 konnte nicht ausgerichtet werden. Von Hand gesetzte Punkte richten %3 aus.</translation>
+  </message>
+  <message>
+   <source>The lights are not measured on a sphere</source>
+   <translation>Die Lichtrichtungen werden nicht an einer Kugel gemessen</translation>
+  </message>
+  <message>
+   <source>The gain is estimated from the pairs</source>
+   <translation>Der Faktor wird aus den Paaren geschätzt</translation>
+  </message>
+  <message>
+   <source>This scale needs no length</source>
+   <translation>Dieser Maßstab braucht keine Länge</translation>
+  </message>
+  <message>
+   <source>Needs lamps on several sides</source>
+   <translation>Nur mit Lampen auf mehreren Seiten</translation>
+  </message>
+  <message>
+   <source>What becomes the image: drag the handles on the photograph</source>
+   <translation>Was zum Bild wird: die Griffe auf dem Foto ziehen</translation>
+  </message>
+  <message>
+   <source>Only a near lamp has a distance</source>
+   <translation>Nur eine nahe Lampe hat einen Abstand</translation>
+  </message>
+  <message>
+   <source>From the middle of the sample to the lamp, in widths of the image</source>
+   <translation>Von der Mitte der Probe zur Lampe, in Bildbreiten</translation>
+  </message>
+  <message>
+   <source>Only a framed image has a size of its own</source>
+   <translation>Nur ein zugeschnittenes Bild hat eine eigene Größe</translation>
+  </message>
+  <message>
+   <source>Of the image that is made; its height follows</source>
+   <translation>Des erzeugten Bildes; die Höhe folgt daraus</translation>
+  </message>
+  <message>
+   <source>Draw an outline…</source>
+   <translation>Umriss zeichnen…</translation>
+  </message>
+  <message>
+   <source>Drawn outline</source>
+   <translation>Gezeichneter Umriss</translation>
+  </message>
+  <message>
+   <source>Choose a file…</source>
+   <translation>Datei wählen…</translation>
+  </message>
+  <message>
+   <source>%1 (fits better)</source>
+   <translation>%1 (passt besser)</translation>
+  </message>
+  <message>
+   <source>Take the list %1%2</source>
+   <translation>Liste lesen: %1%2</translation>
+  </message>
+  <message>
+   <source>White balance</source>
+   <translation>Weißabgleich</translation>
+  </message>
+  <message>
+   <source>Known length</source>
+   <translation>Bekannte Länge</translation>
+  </message>
+  <message>
+   <source>Gain of pairs</source>
+   <translation>Faktor der Paare</translation>
+  </message>
+  <message>
+   <source>Distance of the lamp</source>
+   <translation>Abstand der Lampe</translation>
+  </message>
+  <message>
+   <source>Estimates</source>
+   <translation>Schätzungen</translation>
+  </message>
+  <message>
+   <source>Blue: the other photographs predict this one. Red: they are the farthest from it. Hollow: excluded
+Click a lamp to see its photograph; Ctrl adds one; draw a line round several to select them</source>
+   <translation>Blau: die anderen Fotos sagen dieses voraus. Rot: am weitesten davon entfernt. Hohl: ausgeschlossen
+Klick auf eine Lampe zeigt ihr Foto; mit Strg kommt eine hinzu; eine Linie um mehrere wählt diese aus</translation>
+  </message>
+  <message>
+   <source>Lamps above the sample</source>
+   <translation>Lampen über der Probe</translation>
+  </message>
+  <message>
+   <source>
+The other photographs predict it to %1</source>
+   <translation>
+Die anderen Fotos sagen es auf %1 genau voraus</translation>
+  </message>
+  <message>
+   <source>
+Excluded from the material</source>
+   <translation>
+Vom Material ausgeschlossen</translation>
+  </message>
+  <message>
+   <source>%1
+elevation %2°, azimuth %3°%4%5</source>
+   <translation>%1
+Elevation %2°, Azimut %3°%4%5</translation>
+  </message>
+  <message>
+   <source>Azimuth</source>
+   <translation>Azimut</translation>
+  </message>
+  <message>
+   <source>Tolerance of the azimuth</source>
+   <translation>Toleranz des Azimuts</translation>
+  </message>
+  <message>
+   <source>Lowest elevation</source>
+   <translation>Kleinste Elevation</translation>
+  </message>
+  <message>
+   <source>Highest elevation</source>
+   <translation>Größte Elevation</translation>
+  </message>
+  <message>
+   <source>Use only these</source>
+   <translation>Nur diese verwenden</translation>
+  </message>
+  <message>
+   <source>Use all</source>
+   <translation>Alle verwenden</translation>
+  </message>
+  <message>
+   <source>Save the lights…</source>
+   <translation>Lichter speichern…</translation>
+  </message>
+  <message>
+   <source>For later captures under the same lamps</source>
+   <translation>Für spätere Aufnahmen unter denselben Lampen</translation>
+  </message>
+  <message>
+   <source>Elevation</source>
+   <translation>Elevation</translation>
+  </message>
+  <message>
+   <source>Lamps</source>
+   <translation>Lampen</translation>
+  </message>
+  <message>
+   <source>%1 of %2 selected</source>
+   <translation>%1 von %2 ausgewählt</translation>
+  </message>
+  <message>
+   <source>Select two lamps or more: click, or draw a line round them</source>
+   <translation>Zwei oder mehr Lampen auswählen: anklicken oder mit einer Linie umfahren</translation>
+  </message>
+  <message>
+   <source>These are the ones in use</source>
+   <translation>Diese werden bereits verwendet</translation>
+  </message>
+  <message>
+   <source>Leave all other photographs out of the material</source>
+   <translation>Alle anderen Fotos vom Material ausschließen</translation>
+  </message>
+  <message>
+   <source>All are in use</source>
+   <translation>Alle werden verwendet</translation>
+  </message>
+  <message>
+   <source>Leave no photograph out</source>
+   <translation>Kein Foto ausschließen</translation>
+  </message>
+  <message>
+   <source>Loupe</source>
+   <translation>Lupe</translation>
+  </message>
+  <message>
+   <source>Drag it, or move it by the arrow keys; the wheel magnifies. Z or Esc closes it</source>
+   <translation>Ziehen oder mit den Pfeiltasten bewegen; das Mausrad vergrößert. Z oder Esc schließt sie</translation>
+  </message>
+  <message>
+   <source>file names</source>
+   <translation>Dateinamen</translation>
+  </message>
+  <message>
+   <source>mirror sphere</source>
+   <translation>Spiegelkugel</translation>
+  </message>
+  <message>
+   <source>light positions</source>
+   <translation>Lichtpositionen</translation>
+  </message>
+  <message>
+   <source>calibrated lights</source>
+   <translation>kalibrierte Lichter</translation>
+  </message>
+  <message>
+   <source>estimated from the photographs</source>
+   <translation>aus den Fotos geschätzt</translation>
+  </message>
+  <message>
+   <source>Capture</source>
+   <translation>Aufnahme</translation>
+  </message>
+  <message>
+   <source>Extent</source>
+   <translation>Umfang</translation>
+  </message>
+  <message>
+   <source>Angles</source>
+   <translation>Winkel</translation>
+  </message>
+  <message>
+   <source>Source of the light's elevations</source>
+   <translation>Herkunft der Elevationen des Lichts</translation>
+  </message>
+  <message>
+   <source>Import</source>
+   <translation>Import</translation>
+  </message>
+  <message>
+   <source>Import again</source>
+   <translation>Neu importieren</translation>
+  </message>
+  <message>
+   <source>Report</source>
+   <translation>Befunde</translation>
+  </message>
+  <message>
+   <source>Build material</source>
+   <translation>Material erzeugen</translation>
+  </message>
+  <message>
+   <source>not recorded</source>
+   <translation>nicht vermerkt</translation>
+  </message>
+  <message>
+   <source>No angles were found, so even steps are assumed. Double-click an angle to correct it: elevation / azimuth.</source>
+   <translation>Keine Winkel gefunden; gleiche Schritte sind angenommen. Doppelklick auf einen Winkel korrigiert ihn: Elevation / Azimut.</translation>
+  </message>
+  <message>
+   <source>Needs the photographs</source>
+   <translation>Braucht die Fotos</translation>
+  </message>
+  <message>
+   <source>Read the photographs with these settings (Ctrl+Enter)</source>
+   <translation>Die Fotos mit diesen Einstellungen lesen (Strg+Eingabe)</translation>
+  </message>
+  <message>
+   <source>Linearise the photographs into slices and compress them (Ctrl+Enter)</source>
+   <translation>Die Fotos in Schichten linearisieren und komprimieren (Strg+Eingabe)</translation>
+  </message>
+  <message>
+   <source>Rebuild material</source>
+   <translation>Material neu erzeugen</translation>
+  </message>
+  <message>
+   <source>There are no photographs to read again</source>
+   <translation>Es gibt keine Fotos, die neu gelesen werden könnten</translation>
+  </message>
+  <message>
+   <source>The photographs are being imported</source>
+   <translation>Die Fotos werden importiert</translation>
+  </message>
+  <message>
+   <source>Nothing was changed</source>
+   <translation>Nichts wurde geändert</translation>
+  </message>
+  <message>
+   <source>Waiting for the photographs</source>
+   <translation>Wartet auf die Fotos</translation>
+  </message>
+  <message>
+   <source>The material is being built</source>
+   <translation>Das Material wird erzeugt</translation>
+  </message>
+  <message>
+   <source>The material is up to date</source>
+   <translation>Das Material ist aktuell</translation>
+  </message>
+  <message>
+   <source>All</source>
+   <translation>Alle</translation>
+  </message>
+  <message>
+   <source>No photograph is used</source>
+   <translation>Kein Foto wird verwendet</translation>
+  </message>
+  <message>
+   <source>Excluded</source>
+   <translation>Ausgeschlossen</translation>
+  </message>
+  <message>
+   <source>No photograph is excluded</source>
+   <translation>Kein Foto ist ausgeschlossen</translation>
+  </message>
+  <message>
+   <source>With warnings</source>
+   <translation>Mit Warnungen</translation>
+  </message>
+  <message>
+   <source>No photograph has a warning</source>
+   <translation>Kein Foto hat eine Warnung</translation>
+  </message>
+  <message>
+   <source>Excluded from the material. </source>
+   <translation>Vom Material ausgeschlossen. </translation>
+  </message>
+  <message>
+   <source>
+Double-click to enter elevation / azimuth in degrees (0 = right, 90 = up)</source>
+   <translation>
+Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</translation>
+  </message>
+  <message>
+   <source>%1, %2 degrees, %3</source>
+   <translation>%1, %2 Grad, %3</translation>
+  </message>
+  <message>
+   <source>Photographs</source>
+   <translation>Fotos</translation>
+  </message>
+  <message>
+   <source>Photographs that are shown</source>
+   <translation>Angezeigte Fotos</translation>
+  </message>
+  <message>
+   <source>Open other photographs…</source>
+   <translation>Andere Fotos öffnen…</translation>
+  </message>
+  <message>
+   <source>%1 of %2</source>
+   <translation>%1 von %2</translation>
+  </message>
+  <message>
+   <source>Elevation / azimuth of the light in degrees</source>
+   <translation>Elevation / Azimut des Lichts in Grad</translation>
+  </message>
+  <message>
+   <source>The stack was opened without its photographs</source>
+   <translation>Der Stapel wurde ohne seine Fotos geöffnet</translation>
+  </message>
+  <message>
+   <source> %1 photographs</source>
+   <translation> %1 Fotos</translation>
+  </message>
+  <message>
+   <source>Use%1</source>
+   <translation>Verwenden%1</translation>
+  </message>
+  <message>
+   <source>Exclude%1</source>
+   <translation>Ausschließen%1</translation>
+  </message>
+  <message>
+   <source>Select two photographs or more</source>
+   <translation>Zwei oder mehr Fotos auswählen</translation>
+  </message>
+  <message>
+   <source>Select one photograph</source>
+   <translation>Ein Foto auswählen</translation>
+  </message>
+  <message>
+   <source>Set as</source>
+   <translation>Verwenden als</translation>
+  </message>
+  <message>
+   <source>All are aligned to it already</source>
+   <translation>Alle sind schon darauf ausgerichtet</translation>
+  </message>
+  <message>
+   <source>Align to %1</source>
+   <translation>Auf %1 ausrichten</translation>
+  </message>
+  <message>
+   <source>Reference of the alignment</source>
+   <translation>Referenz der Ausrichtung</translation>
+  </message>
+  <message>
+   <source>Replace file…</source>
+   <translation>Datei ersetzen…</translation>
+  </message>
+  <message>
+   <source>Show file</source>
+   <translation>Datei zeigen</translation>
+  </message>
+  <message>
+   <source>Select all	Ctrl+A</source>
+   <translation>Alle auswählen	Strg+A</translation>
+  </message>
+  <message>
+   <source>Invert selection</source>
+   <translation>Auswahl umkehren</translation>
+  </message>
+  <message>
+   <source>All are selected</source>
+   <translation>Alle sind ausgewählt</translation>
+  </message>
+  <message>
+   <source>Already %1</source>
+   <translation>Bereits %1</translation>
+  </message>
+  <message>
+   <source>A photograph in place of %1</source>
+   <translation>Ein Foto statt %1</translation>
+  </message>
+  <message>
+   <source>Replace %1</source>
+   <translation>%1 ersetzen</translation>
+  </message>
+  <message>
+   <source>looking at the photographs</source>
+   <translation>Fotos werden untersucht</translation>
+  </message>
+  <message>
+   <source>Point</source>
+   <translation>Punkt</translation>
+  </message>
+  <message>
+   <source>In the reference</source>
+   <translation>In der Referenz</translation>
+  </message>
+  <message>
+   <source>In the photograph</source>
+   <translation>Im Foto</translation>
+  </message>
+  <message>
+   <source>Misses by</source>
+   <translation>Abweichung</translation>
+  </message>
+  <message>
+   <source>a shift</source>
+   <translation>eine Verschiebung</translation>
+  </message>
+  <message>
+   <source>a shift and a turn</source>
+   <translation>eine Verschiebung und Drehung</translation>
+  </message>
+  <message>
+   <source>an affine motion</source>
+   <translation>eine affine Bewegung</translation>
+  </message>
+  <message>
+   <source>a perspective motion</source>
+   <translation>eine perspektivische Bewegung</translation>
+  </message>
+  <message>
+   <source>Reference photograph</source>
+   <translation>Referenzfoto</translation>
+  </message>
+  <message>
+   <source>The photograph that the others are aligned to; points of another reference go</source>
+   <translation>Das Foto, auf das die anderen ausgerichtet werden; Punkte einer anderen Referenz entfallen</translation>
+  </message>
+  <message>
+   <source>Points in the reference</source>
+   <translation>Punkte in der Referenz</translation>
+  </message>
+  <message>
+   <source>Points in the photograph</source>
+   <translation>Punkte im Foto</translation>
+  </message>
+  <message>
+   <source>Control points</source>
+   <translation>Passpunkte</translation>
+  </message>
+  <message>
+   <source>Add a point</source>
+   <translation>Punkt hinzufügen</translation>
+  </message>
+  <message>
+   <source>In the middle of both images, to be moved from there (Ins)</source>
+   <translation>In der Mitte beider Bilder, zum Verschieben von dort (Einfg)</translation>
+  </message>
+  <message>
+   <source>Delete</source>
+   <translation>Löschen</translation>
+  </message>
+  <message>
+   <source>The chosen point (Del)</source>
+   <translation>Den gewählten Punkt (Entf)</translation>
+  </message>
+  <message>
+   <source>Remove all</source>
+   <translation>Alle entfernen</translation>
+  </message>
+  <message>
+   <source>The points of all photographs</source>
+   <translation>Die Punkte aller Fotos</translation>
+  </message>
+  <message>
+   <source>Done</source>
+   <translation>Fertig</translation>
+  </message>
+  <message>
+   <source>Back to the images (Esc)</source>
+   <translation>Zurück zu den Bildern (Esc)</translation>
+  </message>
+  <message>
+   <source>Reference</source>
+   <translation>Referenz</translation>
+  </message>
+  <message>
+   <source>%1 is the reference. Choose the photograph that is to be moved in the list.</source>
+   <translation>%1 ist die Referenz. Das zu verschiebende Foto in der Liste wählen.</translation>
+  </message>
+  <message>
+   <source>%1 px</source>
+   <translation>%1 px</translation>
+  </message>
+  <message>
+   <source>%1 / %2 px</source>
+   <translation>%1 / %2 px</translation>
+  </message>
+  <message>
+   <source>There are no points</source>
+   <translation>Es gibt keine Punkte</translation>
+  </message>
+  <message>
+   <source>This is the reference itself</source>
+   <translation>Das ist die Referenz selbst</translation>
+  </message>
+  <message>
+   <source>In the middle of both images (Ins)</source>
+   <translation>In der Mitte beider Bilder (Einfg)</translation>
+  </message>
+  <message>
+   <source>No point is chosen</source>
+   <translation>Kein Punkt ist gewählt</translation>
+  </message>
+  <message>
+   <source>Reading the photograph</source>
+   <translation>Foto wird gelesen</translation>
+  </message>
+  <message>
+   <source>Mark a point</source>
+   <translation>Punkt setzen</translation>
+  </message>
+  <message>
+   <source>Move a point</source>
+   <translation>Punkt verschieben</translation>
+  </message>
+  <message>
+   <source>Delete a point</source>
+   <translation>Punkt löschen</translation>
+  </message>
+  <message>
+   <source>Remove all points</source>
+   <translation>Alle Punkte entfernen</translation>
+  </message>
+  <message>
+   <source>Now click the same spot in %1. Esc forgets it.</source>
+   <translation>Jetzt dieselbe Stelle in %1 anklicken. Esc bricht ab.</translation>
+  </message>
+  <message>
+   <source>Points are marked in a photograph and in the reference that it is moved to.</source>
+   <translation>Punkte werden in einem Foto und in der Referenz gesetzt, auf die es verschoben wird.</translation>
+  </message>
+  <message>
+   <source>One point gives</source>
+   <translation>Ein Punkt ergibt</translation>
+  </message>
+  <message>
+   <source>%1 points give</source>
+   <translation>%1 Punkte ergeben</translation>
+  </message>
+  <message>
+   <source>Click a spot in one image, then the same spot in the other. %1 %2; more of them</source>
+   <translation>Eine Stelle in einem Bild anklicken, dann dieselbe im anderen. %1 %2; mehr davon</translation>
+  </message>
+  <message>
+   <source>%1 average out what each misses.</source>
+   <translation>%1 mitteln die Abweichungen der einzelnen Punkte.</translation>
+  </message>
+  <message>
+   <source>%1 of the %2 points that %3 needs: so far %4.</source>
+   <translation>%1 von %2 Punkten, die %3 braucht: bisher %4.</translation>
+  </message>
+  <message>
+   <source>These points do not determine %1: they lie on one line, too close together, or swapped.</source>
+   <translation>Diese Punkte bestimmen %1 nicht: sie liegen auf einer Geraden, zu eng beieinander oder sind vertauscht.</translation>
+  </message>
+  <message>
+   <source>%1 %2 is used.</source>
+   <translation>%1 %2 wird verwendet.</translation>
+  </message>
+  <message>
+   <source>Imported</source>
+   <translation>Importiert</translation>
+  </message>
+  <message>
+   <source>For the next import</source>
+   <translation>Für den nächsten Import</translation>
+  </message>
+  <message>
+   <source>%1: %2 from %3 points, so nothing shows what they miss; add one.</source>
+   <translation>%1: %2 aus %3 Punkten; ihre Abweichung zeigt erst ein weiterer Punkt.</translation>
+  </message>
+  <message>
+   <source>%1: %2 from %3 points, which misses them by %4 px.</source>
+   <translation>%1: %2 aus %3 Punkten, Abweichung %4 px.</translation>
+  </message>
+  <message>
+   <source>Photograph</source>
+   <translation>Foto</translation>
+  </message>
+  <message>
+   <source>Reflection</source>
+   <translation>Spiegelbild</translation>
+  </message>
+  <message>
+   <source>Source</source>
+   <translation>Quelle</translation>
+  </message>
+  <message>
+   <source>Column</source>
+   <translation>Spalte</translation>
+  </message>
+  <message>
+   <source>Row</source>
+   <translation>Zeile</translation>
+  </message>
+  <message>
+   <source>Looking at the sphere</source>
+   <translation>Kugel wird untersucht</translation>
+  </message>
+  <message>
+   <source>Lights on the sphere</source>
+   <translation>Lichter auf der Kugel</translation>
+  </message>
+  <message>
+   <source>Radius</source>
+   <translation>Radius</translation>
+  </message>
+  <message>
+   <source>%1 of the sphere</source>
+   <translation>%1 der Kugel</translation>
+  </message>
+  <message>
+   <source>Find again</source>
+   <translation>Neu suchen</translation>
+  </message>
+  <message>
+   <source>Undo all moves by hand</source>
+   <translation>Alle Verschiebungen von Hand zurücknehmen</translation>
+  </message>
+  <message>
+   <source>Nothing was moved by hand</source>
+   <translation>Nichts wurde von Hand verschoben</translation>
+  </message>
+  <message>
+   <source>The photographs are being looked at</source>
+   <translation>Die Fotos werden untersucht</translation>
+  </message>
+  <message>
+   <source>by hand</source>
+   <translation>von Hand</translation>
+  </message>
+  <message>
+   <source>not found</source>
+   <translation>nicht gefunden</translation>
+  </message>
+  <message>
+   <source>Looking for the sphere in the photographs…</source>
+   <translation>Die Kugel wird in den Fotos gesucht…</translation>
+  </message>
+  <message>
+   <source>No sphere was found by itself: drag the circle and its rim onto it.</source>
+   <translation>Keine Kugel gefunden: den Kreis und seinen Rand darauf ziehen.</translation>
+  </message>
+  <message>
+   <source>No light from %1%2: click the lamp's reflection inside the circle.</source>
+   <translation>Kein Licht aus %1%2: das Spiegelbild der Lampe im Kreis anklicken.</translation>
+  </message>
+  <message>
+   <source>Drag the circle and its rim onto the sphere, and the marker onto the lamp in each image.</source>
+   <translation>Den Kreis und seinen Rand auf die Kugel ziehen und in jedem Bild die Marke auf die Lampe.</translation>
+  </message>
+  <message>
+   <source>Move the sphere</source>
+   <translation>Kugel verschieben</translation>
+  </message>
+  <message>
+   <source>Move the reflection</source>
+   <translation>Spiegelbild verschieben</translation>
+  </message>
+  <message>
+   <source>Find the sphere again</source>
+   <translation>Kugel neu suchen</translation>
+  </message>
+  <message>
+   <source>looking at the sphere</source>
+   <translation>Kugel wird untersucht</translation>
+  </message>
+  <message>
+   <source>looking for the lamp's reflection</source>
+   <translation>Spiegelbild der Lampe wird gesucht</translation>
+  </message>
+  <message>
+   <source>Mirror sphere</source>
+   <translation>Spiegelkugel</translation>
+  </message>
+  <message>
+   <source>Lights with intensities (*.lights);;Directions alone (*.lp)</source>
+   <translation>Lichter mit Intensitäten (*.lights);;Nur Richtungen (*.lp)</translation>
+  </message>
+  <message>
+   <source>These photographs are not imported. Import again reads them.</source>
+   <translation>Diese Fotos sind nicht importiert. „Neu importieren“ liest sie.</translation>
+  </message>
+  <message>
+   <source>Grey patch</source>
+   <translation>Graufeld</translation>
+  </message>
+  <message>
+   <source>Previous photograph</source>
+   <translation>Vorheriges Foto</translation>
+  </message>
+  <message>
+   <source>Left</source>
+   <translation>Links</translation>
+  </message>
+  <message>
+   <source>Next photograph</source>
+   <translation>Nächstes Foto</translation>
+  </message>
+  <message>
+   <source>Right</source>
+   <translation>Rechts</translation>
+  </message>
+  <message>
+   <source>Fit image</source>
+   <translation>Bild einpassen</translation>
+  </message>
+  <message>
+   <source>Mark clipped texels</source>
+   <translation>Übersteuerte Texel markieren</translation>
+  </message>
+  <message>
+   <source>Exclude photograph</source>
+   <translation>Foto ausschließen</translation>
+  </message>
+  <message>
+   <source>Drop photographs here, or try the sample capture</source>
+   <translation>Fotos hierher ziehen oder die Beispielaufnahme öffnen</translation>
+  </message>
+  <message>
+   <source>About ten photographs of a flat sample under a lamp that moves along an arc: RAW, TIFF, PNG, JPEG, EXR or HDR. Angles are read from capture.toml, an .lp file or the file names.</source>
+   <translation>Etwa zehn Fotos einer flachen Probe unter einer Lampe, die auf einem Bogen bewegt wird: RAW, TIFF, PNG, JPEG, EXR oder HDR. Winkel werden aus capture.toml, einer .lp-Datei oder den Dateinamen gelesen.</translation>
+  </message>
+  <message>
+   <source>Choose photographs…</source>
+   <translation>Fotos wählen…</translation>
+  </message>
+  <message>
+   <source>Try the sample capture</source>
+   <translation>Beispielaufnahme öffnen</translation>
+  </message>
+  <message>
+   <source>Save the lights</source>
+   <translation>Lichter speichern</translation>
+  </message>
+  <message>
+   <source>Saving %1</source>
+   <translation>%1 wird gespeichert</translation>
+  </message>
+  <message>
+   <source>Preparing the image</source>
+   <translation>Bild wird vorbereitet</translation>
+  </message>
+  <message>
+   <source>Reading thumbnails</source>
+   <translation>Vorschaubilder werden gelesen</translation>
+  </message>
+  <message>
+   <source>Exclude %1 photographs</source>
+   <translation>%1 Fotos ausschließen</translation>
+  </message>
+  <message>
+   <source>Whole image</source>
+   <translation>Ganzes Bild</translation>
+  </message>
+  <message>
+   <source>Looking at the photograph</source>
+   <translation>Foto wird untersucht</translation>
+  </message>
+  <message>
+   <source>Frame the image</source>
+   <translation>Bildausschnitt wählen</translation>
+  </message>
+  <message>
+   <source>Angle of %1</source>
+   <translation>Winkel von %1</translation>
+  </message>
+  <message>
+   <source>saving the lights</source>
+   <translation>Lichter werden gespeichert</translation>
+  </message>
+  <message>
+   <source>Saved %1 lights as %2</source>
+   <translation>%1 Lichter als %2 gespeichert</translation>
+  </message>
+ </context>
+ <context>
+  <name>material</name>
+  <message>
+   <source>Held out</source>
+   <translation>Validierung</translation>
+  </message>
+  <message>
+   <source>Root mean square error of photographs held out in turn</source>
+   <translation>Quadratischer Mittelwert des Fehlers nacheinander zurückgehaltener Fotos</translation>
+  </message>
+  <message>
+   <source>Training</source>
+   <translation>Training</translation>
+  </message>
+  <message>
+   <source>The same of the photographs that the map was made of, which flatters it</source>
+   <translation>Derselbe Fehler für die Fotos, aus denen die Karte entstand; er ist zu günstig</translation>
+  </message>
+  <message>
+   <source>Bytes</source>
+   <translation>Bytes</translation>
+  </message>
+  <message>
+   <source>Of a texel, before compression</source>
+   <translation>Je Texel, vor der Kompression</translation>
+  </message>
+  <message>
+   <source>Directional map</source>
+   <translation>Richtungskarte</translation>
+  </message>
+  <message>
+   <source>Shading map</source>
+   <translation>Schattierungskarte</translation>
+  </message>
+  <message>
+   <source>Mean image</source>
+   <translation>Mittleres Bild</translation>
+  </message>
+  <message>
+   <source>Worse than the mean image: %1s do not suit these photographs.</source>
+   <translation>Schlechter als das mittlere Bild: %1 passt nicht zu diesen Fotos.</translation>
+  </message>
+  <message>
+   <source>Held-out error equals that of the mean image.</source>
+   <translation>Der Validierungsfehler gleicht dem des mittleren Bildes.</translation>
+  </message>
+  <message>
+   <source>Held-out error is %1x lower than the mean image.</source>
+   <translation>Der Validierungsfehler ist %1-mal kleiner als der des mittleren Bildes.</translation>
+  </message>
+  <message>
+   <source>Error (8-bit levels)</source>
+   <translation>Fehler (8-Bit-Stufen)</translation>
+  </message>
+  <message>
+   <source>Direction of the light</source>
+   <translation>Richtung des Lichts</translation>
+  </message>
+  <message>
+   <source>Drag the light, or move it with the arrow keys</source>
+   <translation>Das Licht ziehen oder mit den Pfeiltasten bewegen</translation>
+  </message>
+  <message>
+   <source>The light of pairs under polarisers that the material is made of</source>
+   <translation>Das Licht der Paare unter Polfiltern, aus dem das Material besteht</translation>
+  </message>
+  <message>
+   <source>Diffuse</source>
+   <translation>Diffus</translation>
+  </message>
+  <message>
+   <source>Without highlights, which the BRDF adds</source>
+   <translation>Ohne Glanzlichter, die die BRDF hinzufügt</translation>
+  </message>
+  <message>
+   <source>Whole</source>
+   <translation>Ganz</translation>
+  </message>
+  <message>
+   <source>With the highlights of the photographs</source>
+   <translation>Mit den Glanzlichtern der Fotos</translation>
+  </message>
+  <message>
+   <source>Representation</source>
+   <translation>Darstellung</translation>
+  </message>
+  <message>
+   <source>Relighting the material</source>
+   <translation>Material wird neu beleuchtet</translation>
+  </message>
+  <message>
+   <source>Light</source>
+   <translation>Licht</translation>
+  </message>
+  <message>
+   <source>Direction</source>
+   <translation>Richtung</translation>
+  </message>
+  <message>
+   <source>Elevation and azimuth of the light; dots are the lamps of the capture</source>
+   <translation>Elevation und Azimut des Lichts; Punkte sind die Lampen der Aufnahme</translation>
+  </message>
+  <message>
+   <source>Exposure</source>
+   <translation>Belichtung</translation>
+  </message>
+  <message>
+   <source>Brightness of this image alone; the material stays as it is</source>
+   <translation>Helligkeit nur dieses Bildes; das Material bleibt, wie es ist</translation>
+  </message>
+  <message>
+   <source>Kind</source>
+   <translation>Art</translation>
+  </message>
+  <message>
+   <source>Automatic: the one with the smaller error of held-out photographs</source>
+   <translation>Automatisch: die mit dem kleineren Fehler zurückgehaltener Fotos</translation>
+  </message>
+  <message>
+   <source>Pairs</source>
+   <translation>Paare</translation>
+  </message>
+  <message>
+   <source>Planes</source>
+   <translation>Ebenen</translation>
+  </message>
+  <message>
+   <source>Images in 8 bits, whose weighted sum is the image under a light</source>
+   <translation>Bilder in 8 Bit, deren gewichtete Summe das Bild unter einem Licht ist</translation>
+  </message>
+  <message>
+   <source>%1, %2 a texel</source>
+   <translation>%1, %2 je Texel</translation>
+  </message>
+  <message>
+   <source>Elevation %1°, azimuth %2°</source>
+   <translation>Elevation %1°, Azimut %2°</translation>
+  </message>
+  <message>
+   <source>relighting the material</source>
+   <translation>Material wird neu beleuchtet</translation>
+  </message>
+  <message>
+   <source>Base colour</source>
+   <translation>Grundfarbe</translation>
+  </message>
+  <message>
+   <source>Normals</source>
+   <translation>Normalen</translation>
+  </message>
+  <message>
+   <source>Roughness</source>
+   <translation>Rauheit</translation>
+  </message>
+  <message>
+   <source>Metallic</source>
+   <translation>Metallisch</translation>
+  </message>
+  <message>
+   <source>Specular (f0)</source>
+   <translation>Spiegelnd (F0)</translation>
+  </message>
+  <message>
+   <source>Height</source>
+   <translation>Höhe</translation>
+  </message>
+  <message>
+   <source>Occlusion</source>
+   <translation>Verdeckung</translation>
+  </message>
+  <message>
+   <source>Preparing the map</source>
+   <translation>Karte wird vorbereitet</translation>
+  </message>
+  <message>
+   <source>PBR maps</source>
+   <translation>PBR-Karten</translation>
+  </message>
+  <message>
+   <source>Map</source>
+   <translation>Karte</translation>
+  </message>
+  <message>
+   <source>The map that is shown; numbers are shown as shades, normals as colours</source>
+   <translation>Die gezeigte Karte; Zahlen als Graustufen, Normalen als Farben</translation>
+  </message>
+  <message>
+   <source>Mean</source>
+   <translation>Mittel</translation>
+  </message>
+  <message>
+   <source>Over all texels; bakes are of the BRDF at the mean of all maps</source>
+   <translation>Über alle Texel; vorberechnet wird die BRDF beim Mittel aller Karten</translation>
+  </message>
+  <message>
+   <source>Every mode but Direct draws each texel. Bakes are of one BRDF, at the mean of the maps.</source>
+   <translation>Alle Modi außer „Direkt“ zeichnen jeden Texel. Vorberechnet wird eine einzige BRDF, beim Mittel der Karten.</translation>
+  </message>
+  <message>
+   <source>preparing the map</source>
+   <translation>Karte wird vorbereitet</translation>
+  </message>
+  <message>
+   <source>Directions of the surface: red to the right, green up, blue out of the image</source>
+   <translation>Richtungen der Oberfläche: rot nach rechts, grün nach oben, blau aus dem Bild heraus</translation>
+  </message>
+  <message>
+   <source>Height of the surface in texels, from its lowest to its highest</source>
+   <translation>Höhe der Oberfläche in Texeln, von der tiefsten zur höchsten Stelle</translation>
+  </message>
+  <message>
+   <source>Colour of the surface without light: of diffuse reflection, or of metal</source>
+   <translation>Farbe der Oberfläche ohne Licht: der diffusen Reflexion oder des Metalls</translation>
+  </message>
+  <message>
+   <source>Roughness of the surface: 0 reflects like a mirror, 1 has the broadest highlights</source>
+   <translation>Rauheit der Oberfläche: 0 spiegelt, 1 hat die breitesten Glanzlichter</translation>
+  </message>
+  <message>
+   <source>Specular</source>
+   <translation>Spiegelnd</translation>
+  </message>
+  <message>
+   <source>F0 of a non-metal, its reflectance at normal incidence; plastic has 0.04</source>
+   <translation>F0 eines Nichtmetalls, sein Reflexionsgrad bei senkrechtem Einfall; Kunststoff hat 0,04</translation>
+  </message>
+  <message>
+   <source>1 where highlights have the colour of metal</source>
+   <translation>1, wo Glanzlichter die Farbe von Metall haben</translation>
+  </message>
+  <message>
+   <source>Sky visibility</source>
+   <translation>Himmelsanteil</translation>
+  </message>
+  <message>
+   <source>Share of the light of an even sky that relief leaves</source>
+   <translation>Anteil des Lichts eines gleichmäßigen Himmels, den das Relief durchlässt</translation>
+  </message>
+  <message>
+   <source> of full white</source>
+   <translation> von vollem Weiß</translation>
+  </message>
+  <message>
+   <source>The %1 is unknown at most texels.</source>
+   <translation>%1: an den meisten Texeln unbekannt.</translation>
+  </message>
+  <message>
+   <source>95 % below %1%2</source>
+   <translation>95 % unter %1%2</translation>
+  </message>
+  <message>
+   <source>unknown at more than 5 % of the texels</source>
+   <translation>an mehr als 5 % der Texel unbekannt</translation>
+  </message>
+  <message>
+   <source>Median %1 uncertainty %2%3 (1 sigma), %4.</source>
+   <translation>Mittlere Unsicherheit (%1): %2%3 (1 Sigma), %4.</translation>
+  </message>
+  <message>
+   <source>Each of %1 regions counts from its own mean: the steps between them, along the lines, are unknown.</source>
+   <translation>Jeder von %1 Bereichen zählt von seinem eigenen Mittel: die Stufen dazwischen, an den Linien, sind unbekannt.</translation>
+  </message>
+  <message>
+   <source>tilted by %1° (median)</source>
+   <translation>um %1° geneigt (Median)</translation>
+  </message>
+  <message>
+   <source>%1 on average</source>
+   <translation>%1 im Mittel</translation>
+  </message>
+  <message>
+   <source>%1 to %2</source>
+   <translation>%1 bis %2</translation>
+  </message>
+  <message>
+   <source>Material</source>
+   <translation>Material</translation>
+  </message>
+  <message>
+   <source>The material as it is drawn under light</source>
+   <translation>Das Material, wie es unter Licht gezeichnet wird</translation>
+  </message>
+  <message>
+   <source>Surface maps</source>
+   <translation>Oberfläche</translation>
+  </message>
+  <message>
+   <source>Normals, height, base colour, roughness and specular, found from the photographs</source>
+   <translation>Normalen, Höhe, Grundfarbe, Rauheit und Spiegelung, aus den Fotos bestimmt</translation>
+  </message>
+  <message>
+   <source>The map itself</source>
+   <translation>Die Karte selbst</translation>
+  </message>
+  <message>
+   <source>Uncertainty</source>
+   <translation>Unsicherheit</translation>
+  </message>
+  <message>
+   <source>One standard deviation of the map in each texel</source>
+   <translation>Eine Standardabweichung der Karte an jedem Texel</translation>
+  </message>
+  <message>
+   <source>Found</source>
+   <translation>Ermittelt</translation>
+  </message>
+  <message>
+   <source>The white level of the photographs, or more where texels are brighter</source>
+   <translation>Der Weißpegel der Fotos oder mehr, wo Texel heller sind</translation>
+  </message>
+  <message>
+   <source>Measured</source>
+   <translation>Gemessen</translation>
+  </message>
+  <message>
+   <source>The radiance of a white reference that faces a lamp, as you measured it in a photograph</source>
+   <translation>Die Strahldichte einer weißen Referenz, die einer Lampe zugewandt ist, in einem Foto gemessen</translation>
+  </message>
+  <message>
+   <source>along the arc</source>
+   <translation>längs des Bogens</translation>
+  </message>
+  <message>
+   <source>both directions</source>
+   <translation>beide Richtungen</translation>
+  </message>
+  <message>
+   <source>Colour</source>
+   <translation>Farbe</translation>
+  </message>
+  <message>
+   <source>Sky</source>
+   <translation>Himmel</translation>
+  </message>
+  <message>
+   <source>No surface maps yet</source>
+   <translation>Noch keine Oberflächenkarten</translation>
+  </message>
+  <message>
+   <source>Photographs under lamps on several sides give the normals, the height and the reflectance of the surface, each map with its uncertainty. Make surface maps, on the right.</source>
+   <translation>Fotos unter Lampen auf mehreren Seiten ergeben Normalen, Höhe und Reflexion der Oberfläche, jede Karte mit ihrer Unsicherheit. Rechts „Oberflächenkarten erzeugen“ wählen.</translation>
+  </message>
+  <message>
+   <source>Show</source>
+   <translation>Anzeigen</translation>
+  </message>
+  <message>
+   <source>Values</source>
+   <translation>Werte</translation>
+  </message>
+  <message>
+   <source>Those of all but two in a thousand texels</source>
+   <translation>Die aller Texel bis auf zwei von tausend</translation>
+  </message>
+  <message>
+   <source>Surface</source>
+   <translation>Oberfläche</translation>
+  </message>
+  <message>
+   <source>Slopes</source>
+   <translation>Steigungen</translation>
+  </message>
+  <message>
+   <source>The slopes that the lamps of the capture determine</source>
+   <translation>Die Steigungen, die die Lampen der Aufnahme bestimmen</translation>
+  </message>
+  <message>
+   <source>White</source>
+   <translation>Weiß</translation>
+  </message>
+  <message>
+   <source>The white reference, of which reflectance is a share</source>
+   <translation>Die weiße Referenz, deren Anteil der Reflexionsgrad ist</translation>
+  </message>
+  <message>
+   <source>Radiance</source>
+   <translation>Strahldichte</translation>
+  </message>
+  <message>
+   <source>Of photographs as the maps show them</source>
+   <translation>Der Fotos, wie die Karten sie zeigen</translation>
+  </message>
+  <message>
+   <source>Photographs that the maps were made without, each in turn</source>
+   <translation>Nacheinander zurückgehaltene Fotos</translation>
+  </message>
+  <message>
+   <source>Photographs that the maps were made of</source>
+   <translation>Fotos, aus denen die Karten entstanden</translation>
+  </message>
+  <message>
+   <source>The mean of the other photographs in place of each</source>
+   <translation>Statt jedes Fotos das Mittel der anderen</translation>
+  </message>
+  <message>
+   <source>Follows the maps.</source>
+   <translation>Erscheint mit den Karten.</translation>
+  </message>
+  <message>
+   <source>Save maps…</source>
+   <translation>Karten speichern…</translation>
+  </message>
+  <message>
+   <source>Make surface maps</source>
+   <translation>Oberflächenkarten erzeugen</translation>
+  </message>
+  <message>
+   <source>%1 maps</source>
+   <translation>Karten von %1</translation>
+  </message>
+  <message>
+   <source>Save maps in a new folder</source>
+   <translation>Karten in einem neuen Ordner speichern</translation>
+  </message>
+  <message>
+   <source>Needs the photographs of the capture</source>
+   <translation>Braucht die Fotos der Aufnahme</translation>
+  </message>
+  <message>
+   <source>The maps are being made</source>
+   <translation>Die Karten werden erzeugt</translation>
+  </message>
+  <message>
+   <source>The maps are up to date</source>
+   <translation>Die Karten sind aktuell</translation>
+  </message>
+  <message>
+   <source>Find the surface behind the photographs that are in use (Ctrl+Enter)</source>
+   <translation>Die Oberfläche hinter den verwendeten Fotos bestimmen (Strg+Eingabe)</translation>
+  </message>
+  <message>
+   <source>The white reference is estimated from the photographs</source>
+   <translation>Die weiße Referenz wird aus den Fotos geschätzt</translation>
+  </message>
+  <message>
+   <source>1 is the white level of the photographs; colours are shares of it</source>
+   <translation>1 ist der Weißpegel der Fotos; Farben sind Anteile davon</translation>
+  </message>
+  <message>
+   <source>Make them again</source>
+   <translation>Neu erzeugen</translation>
+  </message>
+  <message>
+   <source>There are no maps yet</source>
+   <translation>Es gibt noch keine Karten</translation>
+  </message>
+  <message>
+   <source>As EXR and PNG, with errors</source>
+   <translation>Als EXR und PNG, mit Fehlern</translation>
+  </message>
+  <message>
+   <source>The lamps stand on one arc: only the slope along %1° is observed, so there is no height.</source>
+   <translation>Die Lampen stehen auf einem Bogen: nur die Steigung längs %1° ist sichtbar, deshalb gibt es keine Höhe.</translation>
+  </message>
+  <message>
+   <source>This takes no less room than the slices alone. Raise the error bound, or use the power law for all texels.</source>
+   <translation>Das braucht nicht weniger Platz als die Schichten allein. Die Fehlergrenze erhöhen oder das Potenzgesetz für alle Texel verwenden.</translation>
+  </message>
+  <message>
+   <source>32 bits</source>
+   <translation>32 Bit</translation>
+  </message>
+  <message>
+   <source>16 bits</source>
+   <translation>16 Bit</translation>
+  </message>
+  <message>
+   <source>8 bits</source>
+   <translation>8 Bit</translation>
+  </message>
+  <message>
+   <source>Slices</source>
+   <translation>Schichten</translation>
+  </message>
+  <message>
+   <source>The shading map at the chosen r, interpolated between two slices</source>
+   <translation>Die Schattierungskarte beim gewählten r, zwischen zwei Schichten interpoliert</translation>
+  </message>
+  <message>
+   <source>Power law</source>
+   <translation>Potenzgesetz</translation>
+  </message>
+  <message>
+   <source>The compressed pair at the chosen r</source>
+   <translation>Das komprimierte Paar beim gewählten r</translation>
+  </message>
+  <message>
+   <source>Error</source>
+   <translation>Fehler</translation>
+  </message>
+  <message>
+   <source>Root mean square difference of the two over all slices, per texel</source>
+   <translation>Quadratischer Mittelwert der Differenz beider über alle Schichten, je Texel</translation>
+  </message>
+  <message>
+   <source>The material, repeated</source>
+   <translation>Das Material, wiederholt</translation>
+  </message>
+  <message>
+   <source>Finding the worst texels</source>
+   <translation>Schlechteste Texel werden gesucht</translation>
+  </message>
+  <message>
+   <source>Light of pairs</source>
+   <translation>Licht der Paare</translation>
+  </message>
+  <message>
+   <source>No material yet</source>
+   <translation>Noch kein Material</translation>
+  </message>
+  <message>
+   <source>Photographs become slices whose mean radiance grows evenly, and a power law compresses them to six numbers per texel. Import photographs first, or drop a .lightarc bundle, a folder of PBR textures or a MaterialX document.</source>
+   <translation>Fotos werden zu Schichten, deren mittlere Strahldichte gleichmäßig wächst, und ein Potenzgesetz komprimiert sie auf sechs Zahlen je Texel. Zuerst Fotos importieren oder ein .lightarc-Paket, einen Ordner mit PBR-Texturen oder ein MaterialX-Dokument hierher ziehen.</translation>
+  </message>
+  <message>
+   <source>Go to Capture</source>
+   <translation>Zur Aufnahme</translation>
+  </message>
+  <message>
+   <source>r, BRDF times cosine</source>
+   <translation>r, BRDF mal Kosinus</translation>
+  </message>
+  <message>
+   <source>Number of slices that the photographs are resampled to</source>
+   <translation>Anzahl der Schichten, auf die die Fotos umgerechnet werden</translation>
+  </message>
+  <message>
+   <source>Largest r</source>
+   <translation>Größtes r</translation>
+  </message>
+  <message>
+   <source>Mean luminance of the brightest photograph, a_max</source>
+   <translation>Mittlere Leuchtdichte des hellsten Fotos, a_max</translation>
+  </message>
+  <message>
+   <source>Evenness</source>
+   <translation>Gleichmaß</translation>
+  </message>
+  <message>
+   <source>Largest distance of a slice's mean from its target</source>
+   <translation>Größte Abweichung des Mittels einer Schicht von ihrem Ziel</translation>
+  </message>
+  <message>
+   <source>Compression</source>
+   <translation>Kompression</translation>
+  </message>
+  <message>
+   <source>Last slice</source>
+   <translation>Letzte Schicht</translation>
+  </message>
+  <message>
+   <source>Least squares</source>
+   <translation>Kleinste Quadrate</translation>
+  </message>
+  <message>
+   <source>Last slice: as in the paper, exact at the largest r. Least squares: never worse</source>
+   <translation>Letzte Schicht: wie im Artikel, genau beim größten r. Kleinste Quadrate: nie schlechter</translation>
+  </message>
+  <message>
+   <source>Bits of the exponent</source>
+   <translation>Bits des Exponenten</translation>
+  </message>
+  <message>
+   <source>Exponent</source>
+   <translation>Exponent</translation>
+  </message>
+  <message>
+   <source>Bits of a stored exponent; with 8 or 16 the scale takes 16 too</source>
+   <translation>Bits eines gespeicherten Exponenten; mit 8 oder 16 hat auch der Maßstab 16</translation>
+  </message>
+  <message>
+   <source>Rounding</source>
+   <translation>Rundung</translation>
+  </message>
+  <message>
+   <source>Largest change of a texel by fewer bits, in units of radiance</source>
+   <translation>Größte Änderung eines Texels durch weniger Bits, in Strahldichte</translation>
+  </message>
+  <message>
+   <source>Six numbers for every texel</source>
+   <translation>Sechs Zahlen für jeden Texel</translation>
+  </message>
+  <message>
+   <source>Mixed</source>
+   <translation>Beides</translation>
+  </message>
+  <message>
+   <source>Tiles in which a texel's error reaches the bound keep their slices</source>
+   <translation>Kacheln, in denen der Fehler eines Texels die Grenze erreicht, behalten ihre Schichten</translation>
+  </message>
+  <message>
+   <source>Mode</source>
+   <translation>Modus</translation>
+  </message>
+  <message>
+   <source>Error bound</source>
+   <translation>Grenze</translation>
+  </message>
+  <message>
+   <source>Kept tiles</source>
+   <translation>Kacheln</translation>
+  </message>
+  <message>
+   <source>Share of the tiles that keep their slices</source>
+   <translation>Anteil der Kacheln, die ihre Schichten behalten</translation>
+  </message>
+  <message>
+   <source>RMS error</source>
+   <translation>RMS-Fehler</translation>
+  </message>
+  <message>
+   <source>Over all texels, slices and channels, in units of radiance</source>
+   <translation>Über alle Texel, Schichten und Kanäle, in Strahldichte</translation>
+  </message>
+  <message>
+   <source>Of largest r</source>
+   <translation>Des größten r</translation>
+  </message>
+  <message>
+   <source>Worst texel</source>
+   <translation>Max. Fehler</translation>
+  </message>
+  <message>
+   <source>Saved</source>
+   <translation>Gespart</translation>
+  </message>
+  <message>
+   <source>Texel</source>
+   <translation>Texel</translation>
+  </message>
+  <message>
+   <source>Worst texels</source>
+   <translation>Schlechteste Texel</translation>
+  </message>
+  <message>
+   <source>The bundle holds no slices</source>
+   <translation>Das Paket enthält keine Schichten</translation>
+  </message>
+  <message>
+   <source>The bundle holds no power law</source>
+   <translation>Das Paket enthält kein Potenzgesetz</translation>
+  </message>
+  <message>
+   <source>%1 slices</source>
+   <translation>%1 Schichten</translation>
+  </message>
+  <message>
+   <source>Scale from %1</source>
+   <translation>Maßstab aus %1</translation>
+  </message>
+  <message>
+   <source>Representation by itself</source>
+   <translation>Darstellung automatisch</translation>
+  </message>
+  <message>
+   <source>error bound</source>
+   <translation>Fehlergrenze</translation>
+  </message>
+  <message>
+   <source>The material came from a bundle; building again needs the photographs</source>
+   <translation>Das Material stammt aus einem Paket; zum Neuerzeugen sind die Fotos nötig</translation>
+  </message>
+  <message>
+   <source>Make the material again with these settings (Ctrl+Enter)</source>
+   <translation>Das Material mit diesen Einstellungen neu erzeugen (Strg+Eingabe)</translation>
+  </message>
+  <message>
+   <source>Only the mixed mode has a bound</source>
+   <translation>Nur der gemischte Modus hat eine Grenze</translation>
+  </message>
+  <message>
+   <source>Of the largest r: tiles in which a texel's error reaches it keep their slices</source>
+   <translation>Des größten r: Kacheln, in denen der Fehler eines Texels sie erreicht, behalten ihre Schichten</translation>
+  </message>
+  <message>
+   <source>preparing the image</source>
+   <translation>Bild wird vorbereitet</translation>
+  </message>
+  <message>
+   <source>Show this texel</source>
+   <translation>Diesen Texel zeigen</translation>
+  </message>
+  <message>
+   <source>Texel in column %1, row %2</source>
+   <translation>Texel in Spalte %1, Zeile %2</translation>
+  </message>
+  <message>
+   <source>Place</source>
+   <translation>Position</translation>
+  </message>
+  <message>
+   <source>Column and row; click the image to choose another</source>
+   <translation>Spalte und Zeile; Klick ins Bild wählt einen anderen</translation>
+  </message>
+  <message>
+   <source>Residual</source>
+   <translation>Residuum</translation>
+  </message>
+  <message>
+   <source>Root mean square over slices and channels, in units of radiance</source>
+   <translation>Quadratischer Mittelwert über Schichten und Kanäle, in Strahldichte</translation>
+  </message>
+  <message>
+   <source>Scale k</source>
+   <translation>Maßstab k</translation>
+  </message>
+  <message>
+   <source>Red, green and blue</source>
+   <translation>Rot, Grün und Blau</translation>
+  </message>
+  <message>
+   <source>Exponent K</source>
+   <translation>Exponent K</translation>
+  </message>
+  <message>
+   <source>0, slices kept</source>
+   <translation>0, Schichten behalten</translation>
+  </message>
+  <message>
+   <source>finding the worst texels</source>
+   <translation>schlechteste Texel werden gesucht</translation>
+  </message>
+  <message>
+   <source>As cut</source>
+   <translation>Original</translation>
+  </message>
+  <message>
+   <source>The whole sample; its edges do not match</source>
+   <translation>Die ganze Probe; ihre Ränder passen nicht zusammen</translation>
+  </message>
+  <message>
+   <source>Tileable</source>
+   <translation>Kachelbar</translation>
+  </message>
+  <message>
+   <source>Cut along a path that is hard to see, so that opposite edges match</source>
+   <translation>Entlang eines unauffälligen Pfads geschnitten, sodass gegenüberliegende Ränder passen</translation>
+  </message>
+  <message>
+   <source>Edges</source>
+   <translation>Ränder</translation>
+  </message>
+  <message>
+   <source>Evened</source>
+   <translation>Ausgeglichen</translation>
+  </message>
+  <message>
+   <source>Its slow change over the sample is divided out, which repeated makes bands</source>
+   <translation>Die langsame Änderung über die Probe wird herausgerechnet, die beim Wiederholen Streifen ergibt</translation>
+  </message>
+  <message>
+   <source>as it is</source>
+   <translation>Original</translation>
+  </message>
+  <message>
+   <source>As in the photographs</source>
+   <translation>Wie in den Fotos</translation>
+  </message>
+  <message>
+   <source>Brightness</source>
+   <translation>Helligkeit</translation>
+  </message>
+  <message>
+   <source>Seams</source>
+   <translation>Nähte</translation>
+  </message>
+  <message>
+   <source>Steps across the seams of a tile relative to those inside the sample</source>
+   <translation>Stufen an den Nähten einer Kachel im Verhältnis zu denen in der Probe</translation>
+  </message>
+  <message>
+   <source>not tileable</source>
+   <translation>nicht kachelbar</translation>
+  </message>
+  <message>
+   <source>%1 × inside</source>
+   <translation>%1 × innen</translation>
+  </message>
+  <message>
+   <source>Only a tile is evened out</source>
+   <translation>Nur eine Kachel wird ausgeglichen</translation>
+  </message>
+ </context>
+ <context>
+  <name>brdf</name>
+  <message>
+   <source>MERL (*.binary);;Table of Lightarc (*.exr)</source>
+   <translation>MERL (*.binary);;Tabelle von Lightarc (*.exr)</translation>
+  </message>
+  <message>
+   <source>%1;;All files (*)</source>
+   <translation>%1;;Alle Dateien (*)</translation>
+  </message>
+  <message>
+   <source>Measured BRDFs</source>
+   <translation>Gemessene BRDFs</translation>
+  </message>
+  <message>
+   <source>Open measured BRDFs</source>
+   <translation>Gemessene BRDFs öffnen</translation>
+  </message>
+  <message>
+   <source>Where is %1 now?</source>
+   <translation>Wo ist %1 jetzt?</translation>
+  </message>
+  <message>
+   <source>Save a table</source>
+   <translation>Tabelle speichern</translation>
+  </message>
+  <message>
+   <source>Save the plots to a folder</source>
+   <translation>Diagramme in einen Ordner speichern</translation>
+  </message>
+  <message>
+   <source>Copied %1</source>
+   <translation>%1 kopiert</translation>
+  </message>
+  <message>
+   <source>the text of %1</source>
+   <translation>der Text von %1</translation>
+  </message>
+  <message>
+   <source>Model</source>
+   <translation>Modell</translation>
+  </message>
+  <message>
+   <source>Log error</source>
+   <translation>Log. Fehler</translation>
+  </message>
+  <message>
+   <source>All models for %1</source>
+   <translation>Alle Modelle für %1</translation>
+  </message>
+  <message>
+   <source>Models by their error</source>
+   <translation>Modelle nach ihrem Fehler</translation>
+  </message>
+  <message>
+   <source>Error: RMS of BRDF × cosine relative to that of the data, which highlights outweigh. Log error: of the logarithms, where dim values count as much; the least is on top.</source>
+   <translation>Fehler: RMS von BRDF × Kosinus im Verhältnis zu dem der Daten, wobei Glanzlichter überwiegen. Log. Fehler: der Logarithmen, wobei dunkle Werte ebenso zählen; der kleinste steht oben.</translation>
+  </message>
+  <message>
+   <source>Add to the list</source>
+   <translation>Zur Liste hinzufügen</translation>
+  </message>
+  <message>
+   <source>Close</source>
+   <translation>Schließen</translation>
+  </message>
+  <message>
+   <source>taking samples</source>
+   <translation>Abtastungen werden berechnet</translation>
+  </message>
+  <message>
+   <source>Parts and light</source>
+   <translation>Anteile und Licht</translation>
+  </message>
+  <message>
+   <source>Relative errors, and for each colour as much light as the data reflect</source>
+   <translation>Relative Fehler, und je Farbe so viel Licht, wie die Daten reflektieren</translation>
+  </message>
+  <message>
+   <source>All parts</source>
+   <translation>Alle Anteile</translation>
+  </message>
+  <message>
+   <source>Relative errors: dim parts weigh as much as the highlight</source>
+   <translation>Relative Fehler: dunkle Anteile wiegen so viel wie das Glanzlicht</translation>
+  </message>
+  <message>
+   <source>Energy</source>
+   <translation>Energie</translation>
+  </message>
+  <message>
+   <source>Errors weighted by energy: a highlight outweighs all else</source>
+   <translation>Nach Energie gewichtete Fehler: ein Glanzlicht überwiegt alles andere</translation>
+  </message>
+  <message>
+   <source>Fit a model</source>
+   <translation>Modell anpassen</translation>
+  </message>
+  <message>
+   <source>The model to fit</source>
+   <translation>Das anzupassende Modell</translation>
+  </message>
+  <message>
+   <source>Counts</source>
+   <translation>Zählt</translation>
+  </message>
+  <message>
+   <source>Weight of each error in the fit</source>
+   <translation>Gewicht jedes Fehlers in der Anpassung</translation>
+  </message>
+  <message>
+   <source>Fit</source>
+   <translation>Anpassen</translation>
+  </message>
+  <message>
+   <source>Stop and keep</source>
+   <translation>Beenden und behalten</translation>
+  </message>
+  <message>
+   <source>The best parameters so far become an entry of the list</source>
+   <translation>Die bisher besten Parameter werden ein Eintrag der Liste</translation>
+  </message>
+  <message>
+   <source>Rank all models</source>
+   <translation>Alle Modelle ordnen</translation>
+  </message>
+  <message>
+   <source>Fit every model, and list them by their errors</source>
+   <translation>Jedes Modell anpassen und nach den Fehlern auflisten</translation>
+  </message>
+  <message>
+   <source>RMS of BRDF × cosine relative to that of the data: at the start → now</source>
+   <translation>RMS von BRDF × Kosinus im Verhältnis zu dem der Daten: am Anfang → jetzt</translation>
+  </message>
+  <message>
+   <source>Add a BRDF to the list first</source>
+   <translation>Zuerst eine BRDF zur Liste hinzufügen</translation>
+  </message>
+  <message>
+   <source>A fit is running</source>
+   <translation>Eine Anpassung läuft</translation>
+  </message>
+  <message>
+   <source>Find the parameters that bring the model nearest to %1</source>
+   <translation>Die Parameter suchen, mit denen das Modell %1 am nächsten kommt</translation>
+  </message>
+  <message>
+   <source>Fitting %1 to %2</source>
+   <translation>%1 wird an %2 angepasst</translation>
+  </message>
+  <message>
+   <source>Fitting all models to %1</source>
+   <translation>Alle Modelle werden an %1 angepasst</translation>
+  </message>
+  <message>
+   <source>Error %1 → %2</source>
+   <translation>Fehler %1 → %2</translation>
+  </message>
+  <message>
+   <source>Use for the material</source>
+   <translation>Für das Material verwenden</translation>
+  </message>
+  <message>
+   <source>Compared</source>
+   <translation>Verglichen</translation>
+  </message>
+  <message>
+   <source>Compared BRDFs</source>
+   <translation>Verglichene BRDFs</translation>
+  </message>
+  <message>
+   <source>Tick the entries to show (Space); Del removes one</source>
+   <translation>Zu zeigende Einträge ankreuzen (Leertaste); Entf entfernt einen</translation>
+  </message>
+  <message>
+   <source>Remove from the list</source>
+   <translation>Von der Liste entfernen</translation>
+  </message>
+  <message>
+   <source>Copy as text</source>
+   <translation>Als Text kopieren</translation>
+  </message>
+  <message>
+   <source>Save table…</source>
+   <translation>Tabelle speichern…</translation>
+  </message>
+  <message>
+   <source>Samples</source>
+   <translation>Abtastungen</translation>
+  </message>
+  <message>
+   <source>Measured directions, and the number of unusable ones</source>
+   <translation>Gemessene Richtungen und die Anzahl der unbrauchbaren</translation>
+  </message>
+  <message>
+   <source>Edit text…</source>
+   <translation>Text bearbeiten…</translation>
+  </message>
+  <message>
+   <source>Its GLSL in a window of its own; the views follow what is typed</source>
+   <translation>Ihr GLSL in einem eigenen Fenster; die Ansichten folgen der Eingabe</translation>
+  </message>
+  <message>
+   <source>Max. albedo</source>
+   <translation>Max. Albedo</translation>
+  </message>
+  <message>
+   <source>Largest reflected share of light in any channel, and its viewing angle</source>
+   <translation>Größter reflektierter Lichtanteil eines Kanals und sein Blickwinkel</translation>
+  </message>
+  <message>
+   <source>Reciprocity</source>
+   <translation>Reziprozität</translation>
+  </message>
+  <message>
+   <source>RMS change if light and viewer are exchanged, relative to the RMS of all values</source>
+   <translation>RMS-Änderung beim Vertauschen von Licht und Blick, im Verhältnis zum RMS aller Werte</translation>
+  </message>
+  <message>
+   <source>Condition</source>
+   <translation>Kondition</translation>
+  </message>
+  <message>
+   <source>Condition number of the smoothing of scattered samples</source>
+   <translation>Konditionszahl der Glättung verstreuter Abtastungen</translation>
+  </message>
+  <message>
+   <source>RMS error at samples held out of the fit, relative to the RMS</source>
+   <translation>RMS-Fehler an zurückgehaltenen Abtastungen, im Verhältnis zum RMS</translation>
+  </message>
+  <message>
+   <source>Fit error</source>
+   <translation>Anpassung</translation>
+  </message>
+  <message>
+   <source>Before and after the fit of this model</source>
+   <translation>Vor und nach der Anpassung dieses Modells</translation>
+  </message>
+  <message>
+   <source>Analytic model</source>
+   <translation>Analytisches Modell</translation>
+  </message>
+  <message>
+   <source>Remove it from the list (Del)</source>
+   <translation>Von der Liste entfernen (Entf)</translation>
+  </message>
+  <message>
+   <source>A measurement has no formula; fit a model first</source>
+   <translation>Eine Messung hat keine Formel; zuerst ein Modell anpassen</translation>
+  </message>
+  <message>
+   <source>Its text in GLSL</source>
+   <translation>Ihr Text in GLSL</translation>
+  </message>
+  <message>
+   <source>The text that names it on the command line</source>
+   <translation>Der Text, der sie auf der Kommandozeile benennt</translation>
+  </message>
+  <message>
+   <source>As a MERL .binary or as a Lightarc table (.exr)</source>
+   <translation>Als MERL .binary oder als Lightarc-Tabelle (.exr)</translation>
+  </message>
+  <message>
+   <source>Make it the BRDF of the View workspace and of the exported bundle</source>
+   <translation>Zur BRDF des Arbeitsbereichs Ansicht und des exportierten Pakets machen</translation>
+  </message>
+  <message>
+   <source>, %1 unusable</source>
+   <translation>, %1 unbrauchbar</translation>
+  </message>
+  <message>
+   <source>%1 at %2°</source>
+   <translation>%1 bei %2°</translation>
+  </message>
+  <message>
+   <source>holds within 0.01 %</source>
+   <translation>gilt auf 0,01 %</translation>
+  </message>
+  <message>
+   <source>off by %1</source>
+   <translation>Abweichung %1</translation>
+  </message>
+  <message>
+   <source>Search</source>
+   <translation>Suche</translation>
+  </message>
+  <message>
+   <source>Search the library</source>
+   <translation>Bibliothek durchsuchen</translation>
+  </message>
+  <message>
+   <source>Part of a name or of a model (Ctrl+F)</source>
+   <translation>Teil eines Namens oder Modells (Strg+F)</translation>
+  </message>
+  <message>
+   <source>Library of BRDFs</source>
+   <translation>Bibliothek der BRDFs</translation>
+  </message>
+  <message>
+   <source>Add</source>
+   <translation>Hinzufügen</translation>
+  </message>
+  <message>
+   <source>Add it to the compared BRDFs (Enter, or double-click)</source>
+   <translation>Zu den verglichenen BRDFs hinzufügen (Eingabe oder Doppelklick)</translation>
+  </message>
+  <message>
+   <source>Open file…</source>
+   <translation>Öffnen…</translation>
+  </message>
+  <message>
+   <source>MERL, RGL, UTIA, Cornell, ASTM, CUReT, ALTA, CSV, or a Lightarc table</source>
+   <translation>MERL, RGL, UTIA, Cornell, ASTM, CUReT, ALTA, CSV oder eine Lightarc-Tabelle</translation>
+  </message>
+  <message>
+   <source>Write one in GLSL</source>
+   <translation>Selbst in GLSL schreiben</translation>
+  </message>
+  <message>
+   <source>Begins as a small text that works; the views follow as you type</source>
+   <translation>Beginnt als kurzer, lauffähiger Text; die Ansichten folgen der Eingabe</translation>
+  </message>
+  <message>
+   <source>Begin with %1</source>
+   <translation>Mit %1 beginnen</translation>
+  </message>
+  <message>
+   <source>Files</source>
+   <translation>Dateien</translation>
+  </message>
+  <message>
+   <source>Models</source>
+   <translation>Modelle</translation>
+  </message>
+  <message>
+   <source>Published</source>
+   <translation>Veröffentlicht</translation>
+  </message>
+  <message>
+   <source>Find it…</source>
+   <translation>Suchen…</translation>
+  </message>
+  <message>
+   <source>Choose something in the library first</source>
+   <translation>Zuerst etwas in der Bibliothek wählen</translation>
+  </message>
+  <message>
+   <source>%1 (not found)</source>
+   <translation>%1 (nicht gefunden)</translation>
+  </message>
+  <message>
+   <source>Double-click to find the file</source>
+   <translation>Doppelklick sucht die Datei</translation>
+  </message>
+  <message>
+   <source>Measured BRDF</source>
+   <translation>Gemessene BRDF</translation>
+  </message>
+  <message>
+   <source>Drawing thumbnails</source>
+   <translation>Vorschaubilder werden gezeichnet</translation>
+  </message>
+  <message>
+   <source>looking for files</source>
+   <translation>Dateien werden gesucht</translation>
+  </message>
+  <message>
+   <source>Lobes in space</source>
+   <translation>Keulen im Raum</translation>
+  </message>
+  <message>
+   <source>Drag to rotate, wheel to zoom, Ctrl+drag to move the light, double-click to reset</source>
+   <translation>Ziehen dreht, das Mausrad zoomt, Strg+Ziehen bewegt das Licht, Doppelklick setzt zurück</translation>
+  </message>
+  <message>
+   <source>Values in the plane of incidence</source>
+   <translation>Werte in der Einfallsebene</translation>
+  </message>
+  <message>
+   <source>Distance from the centre: the value in that direction. Dashed line: the light</source>
+   <translation>Abstand vom Mittelpunkt: der Wert in dieser Richtung. Gestrichelt: das Licht</translation>
+  </message>
+  <message>
+   <source>θ half / °</source>
+   <translation>θ Halb / °</translation>
+  </message>
+  <message>
+   <source>θ difference / °</source>
+   <translation>θ Differenz / °</translation>
+  </message>
+  <message>
+   <source>Values over half and difference angle</source>
+   <translation>Werte über Halb- und Differenzwinkel</translation>
+  </message>
+  <message>
+   <source>The highlight is on the left, grazing reflection above, retro-reflection below</source>
+   <translation>Das Glanzlicht ist links, streifende Reflexion oben, Rückstrahlung unten</translation>
+  </message>
+  <message>
+   <source>%1–%2 sr⁻¹</source>
+   <translation>%1–%2 sr⁻¹</translation>
+  </message>
+  <message>
+   <source>Angle from the normal / °</source>
+   <translation>Winkel zur Normalen / °</translation>
+  </message>
+  <message>
+   <source>Albedo</source>
+   <translation>Albedo</translation>
+  </message>
+  <message>
+   <source>Albedo against angle</source>
+   <translation>Albedo über dem Winkel</translation>
+  </message>
+  <message>
+   <source>Above 1, the dashed line, the BRDF would reflect more light than it receives</source>
+   <translation>Über 1, der gestrichelten Linie, würde die BRDF mehr Licht reflektieren, als sie erhält</translation>
+  </message>
+  <message>
+   <source>Error / %</source>
+   <translation>Fehler / %</translation>
+  </message>
+  <message>
+   <source>Error of the fit by half angle</source>
+   <translation>Fehler der Anpassung über dem Halbwinkel</translation>
+  </message>
+  <message>
+   <source>RMS of BRDF × cosine relative to that of the data: the dashed line at the start of the fit</source>
+   <translation>RMS von BRDF × Kosinus im Verhältnis zu dem der Daten: gestrichelt am Anfang der Anpassung</translation>
+  </message>
+  <message>
+   <source>Sphere with this BRDF</source>
+   <translation>Kugel mit dieser BRDF</translation>
+  </message>
+  <message>
+   <source>Drag to rotate, Ctrl+drag or drag the sun to move the light</source>
+   <translation>Ziehen dreht, Strg+Ziehen oder Ziehen der Sonne bewegt das Licht</translation>
+  </message>
+  <message>
+   <source>Loading the sphere</source>
+   <translation>Kugel wird geladen</translation>
+  </message>
+  <message>
+   <source>Angle of the light from the normal.</source>
+   <translation>Winkel des Lichts zur Normalen.</translation>
+  </message>
+  <message>
+   <source>Evaluating BRDFs</source>
+   <translation>BRDFs werden ausgewertet</translation>
+  </message>
+  <message>
+   <source>Integrating albedos</source>
+   <translation>Albedos werden integriert</translation>
+  </message>
+  <message>
+   <source>Checking a BRDF</source>
+   <translation>BRDF wird geprüft</translation>
+  </message>
+  <message>
+   <source>Looking for files</source>
+   <translation>Dateien werden gesucht</translation>
+  </message>
+  <message>
+   <source>Angle of the light</source>
+   <translation>Winkel des Lichts</translation>
+  </message>
+  <message>
+   <source>Angle of the light from the normal, in the plane of incidence</source>
+   <translation>Winkel des Lichts zur Normalen, in der Einfallsebene</translation>
+  </message>
+  <message>
+   <source>Logarithmic</source>
+   <translation>Logarithmisch</translation>
+  </message>
+  <message>
+   <source>Logarithmic length: shows dim parts and narrow highlights together (L)</source>
+   <translation>Logarithmische Länge: zeigt dunkle Anteile und schmale Glanzlichter zusammen (L)</translation>
+  </message>
+  <message>
+   <source>Length in proportion to the value (L)</source>
+   <translation>Länge proportional zum Wert (L)</translation>
+  </message>
+  <message>
+   <source>Reset the camera</source>
+   <translation>Kamera zurücksetzen</translation>
+  </message>
+  <message>
+   <source>Save the plots as SVG and CSV…</source>
+   <translation>Diagramme als SVG und CSV speichern…</translation>
+  </message>
+  <message>
+   <source>Lobes</source>
+   <translation>Keulen</translation>
+  </message>
+  <message>
+   <source>Plane of incidence</source>
+   <translation>Einfallsebene</translation>
+  </message>
+  <message>
+   <source>θh × θd</source>
+   <translation>θh × θd</translation>
+  </message>
+  <message>
+   <source>Nothing to compare yet</source>
+   <translation>Noch nichts zu vergleichen</translation>
+  </message>
+  <message>
+   <source>Double-click a model, a published material or a file of your own in the library, or drop measured BRDFs here: MERL, RGL, UTIA, Cornell, ASTM, CUReT, ALTA, CSV.</source>
+   <translation>In der Bibliothek ein Modell, ein veröffentlichtes Material oder eine eigene Datei doppelklicken oder gemessene BRDFs hierher ziehen: MERL, RGL, UTIA, Cornell, ASTM, CUReT, ALTA, CSV.</translation>
+  </message>
+  <message>
+   <source>%1, and lobes in space need it. The other views work without.</source>
+   <translation>%1, und Keulen im Raum brauchen es. Die anderen Ansichten funktionieren ohne.</translation>
+  </message>
+  <message>
+   <source>Remove %1</source>
+   <translation>%1 entfernen</translation>
+  </message>
+  <message>
+   <source>Hide</source>
+   <translation>Verbergen</translation>
+  </message>
+  <message>
+   <source>Change %1</source>
+   <translation>%1 ändern</translation>
+  </message>
+  <message>
+   <source>brdf %1</source>
+   <translation>brdf %1</translation>
+  </message>
+  <message>
+   <source>Write %1</source>
+   <translation>%1 schreiben</translation>
+  </message>
+  <message>
+   <source>%1 sr⁻¹</source>
+   <translation>%1 sr⁻¹</translation>
+  </message>
+  <message>
+   <source>light at %1°, longest %2 sr⁻¹</source>
+   <translation>Licht bei %1°, längste %2 sr⁻¹</translation>
+  </message>
+  <message>
+   <source>theta_o / °</source>
+   <translation>theta_o / °</translation>
+  </message>
+  <message>
+   <source>Saving plots to %1</source>
+   <translation>Diagramme werden nach %1 gespeichert</translation>
+  </message>
+  <message>
+   <source>Text of the BRDF</source>
+   <translation>Text der BRDF</translation>
+  </message>
+  <message>
+   <source>%1, written in GLSL</source>
+   <translation>%1, in GLSL geschrieben</translation>
+  </message>
+  <message>
+   <source>Compiling GLSL</source>
+   <translation>GLSL wird übersetzt</translation>
+  </message>
+  <message>
+   <source>Save as…</source>
+   <translation>Speichern unter…</translation>
+  </message>
+  <message>
+   <source>As a .brdf file, which opens here and in BRDF Explorer</source>
+   <translation>Als .brdf-Datei, die sich hier und in BRDF Explorer öffnen lässt</translation>
+  </message>
+  <message>
+   <source>Compiles half a second after the last key</source>
+   <translation>Übersetzt eine halbe Sekunde nach der letzten Taste</translation>
+  </message>
+  <message>
+   <source>Compiled</source>
+   <translation>Übersetzt</translation>
+  </message>
+  <message>
+   <source>Save the text</source>
+   <translation>Text speichern</translation>
+  </message>
+  <message>
+   <source>BRDF Explorer (*.brdf)</source>
+   <translation>BRDF Explorer (*.brdf)</translation>
+  </message>
+  <message>
+   <source>Evaluating GLSL</source>
+   <translation>GLSL wird ausgewertet</translation>
+  </message>
+  <message>
+   <source>Parameter %1 of the text</source>
+   <translation>Parameter %1 des Textes</translation>
+  </message>
+ </context>
+ <context>
+  <name>factor</name>
+  <message>
+   <source>drawing textures</source>
+   <translation>Texturen werden gezeichnet</translation>
+  </message>
+  <message>
+   <source>half vector</source>
+   <translation>Halbvektor</translation>
+  </message>
+  <message>
+   <source>of the mean</source>
+   <translation>des Mittels</translation>
+  </message>
+  <message>
+   <source>%1%2 sr⁻½</source>
+   <translation>%1%2 sr⁻½</translation>
+  </message>
+  <message>
+   <source>Textures of the factors</source>
+   <translation>Texturen der Faktoren</translation>
+  </message>
+  <message>
+   <source>Each texture, its term and the value of white; hatched texels hold no direction. Click: use terms up to it</source>
+   <translation>Jede Textur, ihr Term und der Wert für Weiß; schraffierte Texel haben keine Richtung. Klick: Terme bis dorthin verwenden</translation>
+  </message>
+  <message>
+   <source>Projections of the textures</source>
+   <translation>Projektionen der Texturen</translation>
+  </message>
+  <message>
+   <source>Blue and orange are the two coordinates of a texture: each grows along its arrow in the disks of both directions, seen from above</source>
+   <translation>Blau und Orange sind die beiden Koordinaten einer Textur: jede wächst entlang ihres Pfeils in den Scheiben beider Richtungen, von oben gesehen</translation>
+  </message>
+  <message>
+   <source>%1%2 maps</source>
+   <translation>%1%2 Karten</translation>
+  </message>
+  <message>
+   <source>%1, %2 of them</source>
+   <translation>%1, davon %2</translation>
+  </message>
+  <message>
+   <source>Start a run first</source>
+   <translation>Zuerst einen Lauf beginnen</translation>
+  </message>
+  <message>
+   <source>Export…</source>
+   <translation>Exportieren…</translation>
+  </message>
+  <message>
+   <source>Use in View</source>
+   <translation>In Ansicht nutzen</translation>
+  </message>
+  <message>
+   <source>Runs</source>
+   <translation>Läufe</translation>
+  </message>
+  <message>
+   <source>The chosen run is previewed and exported; Del removes it</source>
+   <translation>Der gewählte Lauf wird gezeigt und exportiert; Entf entfernt ihn</translation>
+  </message>
+  <message>
+   <source>Del</source>
+   <translation>Entf</translation>
+  </message>
+  <message>
+   <source>Space</source>
+   <translation>Leertaste</translation>
+  </message>
+  <message>
+   <source>Pause</source>
+   <translation>Anhalten</translation>
+  </message>
+  <message>
+   <source>Stop</source>
+   <translation>Beenden</translation>
+  </message>
+  <message>
+   <source>Remove the run</source>
+   <translation>Lauf entfernen</translation>
+  </message>
+  <message>
+   <source>Terms to go on to</source>
+   <translation>Terme, bis zu denen fortgesetzt wird</translation>
+  </message>
+  <message>
+   <source>Continue</source>
+   <translation>Fortsetzen</translation>
+  </message>
+  <message>
+   <source>Up to terms</source>
+   <translation>Bis Terme</translation>
+  </message>
+  <message>
+   <source>Add terms; a search continues from its last state</source>
+   <translation>Terme hinzufügen; eine Suche setzt bei ihrem letzten Stand fort</translation>
+  </message>
+  <message>
+   <source>Chosen factors</source>
+   <translation>Gewählte Faktoren</translation>
+  </message>
+  <message>
+   <source>The run and the method</source>
+   <translation>Der Lauf und das Verfahren</translation>
+  </message>
+  <message>
+   <source>Terms</source>
+   <translation>Terme</translation>
+  </message>
+  <message>
+   <source>Click a point of the plot for others; and how many textures these are</source>
+   <translation>Klick auf einen Punkt des Diagramms wählt andere; und wie viele Texturen das sind</translation>
+  </message>
+  <message>
+   <source>Of all textures, as 32-bit floats</source>
+   <translation>Aller Texturen, als 32-Bit-Gleitkommazahlen</translation>
+  </message>
+  <message>
+   <source>Time</source>
+   <translation>Zeit</translation>
+  </message>
+  <message>
+   <source>From the start to this term, without pauses; the products of a sum are all found at once</source>
+   <translation>Vom Anfang bis zu diesem Term, ohne Pausen; die Produkte einer Summe entstehen alle zugleich</translation>
+  </message>
+  <message>
+   <source>Error by the viewer's elevation</source>
+   <translation>Fehler nach Elevation des Blicks</translation>
+  </message>
+  <message>
+   <source>Good for</source>
+   <translation>Gut für</translation>
+  </message>
+  <message>
+   <source>It has ended</source>
+   <translation>Er ist beendet</translation>
+  </message>
+  <message>
+   <source>Factor again</source>
+   <translation>Neu faktorisieren</translation>
+  </message>
+  <message>
+   <source>Resume</source>
+   <translation>Fortsetzen</translation>
+  </message>
+  <message>
+   <source>Pause and let other jobs run, or resume (Space in the list)</source>
+   <translation>Anhalten, damit andere Aufträge laufen, oder fortsetzen (Leertaste in der Liste)</translation>
+  </message>
+  <message>
+   <source>Factor with the settings of this run</source>
+   <translation>Mit den Einstellungen dieses Laufs faktorisieren</translation>
+  </message>
+  <message>
+   <source>End now and keep the best so far</source>
+   <translation>Jetzt beenden und das bisher Beste behalten</translation>
+  </message>
+  <message>
+   <source>Remove the run from the list (Del); undo restores it</source>
+   <translation>Den Lauf von der Liste entfernen (Entf); Rückgängig stellt ihn wieder her</translation>
+  </message>
+  <message>
+   <source>It is still running</source>
+   <translation>Er läuft noch</translation>
+  </message>
+  <message>
+   <source>These factors come from a file; start a run for more terms</source>
+   <translation>Diese Faktoren stammen aus einer Datei; für mehr Terme einen Lauf beginnen</translation>
+  </message>
+  <message>
+   <source>%1 has no further terms</source>
+   <translation>%1 hat keine weiteren Terme</translation>
+  </message>
+  <message>
+   <source>It ended before it began</source>
+   <translation>Er endete, bevor er begann</translation>
+  </message>
+  <message>
+   <source>%1 terms are the most</source>
+   <translation>Höchstens %1 Terme</translation>
+  </message>
+  <message>
+   <source>Continue up to this number of terms</source>
+   <translation>Bis zu dieser Zahl von Termen fortsetzen</translation>
+  </message>
+  <message>
+   <source>Nothing has been found yet</source>
+   <translation>Noch nichts gefunden</translation>
+  </message>
+  <message>
+   <source>Write the textures as EXR and their description as JSON, into a folder</source>
+   <translation>Die Texturen als EXR und ihre Beschreibung als JSON in einen Ordner schreiben</translation>
+  </message>
+  <message>
+   <source>Use these factors as the BRDF of the material in the View workspace</source>
+   <translation>Diese Faktoren als BRDF des Materials im Arbeitsbereich Ansicht verwenden</translation>
+  </message>
+  <message>
+   <source>%1 of %2 · %3 texture%4</source>
+   <translation>%1 von %2 · %3 Textur</translation>
+  </message>
+  <message>
+   <source>Elevation / °</source>
+   <translation>Elevation / °</translation>
+  </message>
+  <message>
+   <source>RMS / sr⁻¹</source>
+   <translation>RMS / sr⁻¹</translation>
+  </message>
+  <message>
+   <source>Cosine-weighted RMS at this elevation of the viewer</source>
+   <translation>Kosinusgewichteter RMS bei dieser Elevation des Blicks</translation>
+  </message>
+  <message>
+   <source> from a file</source>
+   <translation> aus einer Datei</translation>
+  </message>
+  <message>
+   <source>, half/difference</source>
+   <translation>, Halb/Differenz</translation>
+  </message>
+  <message>
+   <source>, any</source>
+   <translation>, beliebig</translation>
+  </message>
+  <message>
+   <source>%1 map</source>
+   <translation>Karte: %1</translation>
+  </message>
+  <message>
+   <source>%1, %2 restarts, %3 together</source>
+   <translation>%1, %2 Neustarts, %3 zusammen</translation>
+  </message>
+  <message>
+   <source>makes %1 small</source>
+   <translation>macht %1 klein</translation>
+  </message>
+  <message>
+   <source>%1 samples up to %2°, seed %3</source>
+   <translation>%1 Abtastungen bis %2°, Startwert %3</translation>
+  </message>
+  <message>
+   <source>nothing found</source>
+   <translation>nichts gefunden</translation>
+  </message>
+  <message>
+   <source>a search makes no more textures</source>
+   <translation>eine Suche erzeugt keine weiteren Texturen</translation>
+  </message>
+  <message>
+   <source>%1 of %2 terms: %3.</source>
+   <translation>%1 von %2 Termen: %3.</translation>
+  </message>
+  <message>
+   <source>Error over the optimum of Eckart and Young: %1</source>
+   <translation>Fehler über dem Optimum von Eckart und Young: %1</translation>
+  </message>
+  <message>
+   <source>Asymmetry of the matrix: %1</source>
+   <translation>Asymmetrie der Matrix: %1</translation>
+  </message>
+  <message>
+   <source>Condition number: %1</source>
+   <translation>Konditionszahl: %1</translation>
+  </message>
+  <message>
+   <source>%1 projections tried</source>
+   <translation>%1 Projektionen versucht</translation>
+  </message>
+  <message>
+   <source>RMS × cos is lowest with %1 term%2</source>
+   <translation>RMS × cos ist am kleinsten mit %1 Term</translation>
+  </message>
+  <message>
+   <source>; more make it worse and are not stored</source>
+   <translation>; mehr verschlechtern ihn und werden nicht gespeichert</translation>
+  </message>
+  <message>
+   <source>Held-out errors are best with %1 term%2%3</source>
+   <translation>Validierungsfehler sind am besten mit %1 Term%3</translation>
+  </message>
+  <message>
+   <source>at samples of regions of directions held out in turn, or between texels</source>
+   <translation>an Abtastungen nacheinander zurückgehaltener Richtungsbereiche oder zwischen Texeln</translation>
+  </message>
+  <message>
+   <source>over random pairs of directions</source>
+   <translation>über zufällige Richtungspaare</translation>
+  </message>
+  <message>
+   <source>over the samples and channels</source>
+   <translation>über die Abtastungen und Kanäle</translation>
+  </message>
+  <message>
+   <source>Save plot as PNG, SVG or CSV…</source>
+   <translation>Diagramm als PNG, SVG oder CSV speichern…</translation>
+  </message>
+  <message>
+   <source>Number of terms</source>
+   <translation>Anzahl der Terme</translation>
+  </message>
+  <message>
+   <source>Time / s</source>
+   <translation>Zeit / s</translation>
+  </message>
+  <message>
+   <source>Size / kB</source>
+   <translation>Größe / kB</translation>
+  </message>
+  <message>
+   <source>Error of the factors</source>
+   <translation>Fehler der Faktoren</translation>
+  </message>
+  <message>
+   <source>Click a point to preview and export that number of terms (left and right arrow keys); right-click to save</source>
+   <translation>Klick auf einen Punkt zeigt und exportiert diese Zahl von Termen (Pfeiltasten links und rechts); Rechtsklick speichert</translation>
+  </message>
+  <message>
+   <source>Run</source>
+   <translation>Lauf</translation>
+  </message>
+  <message>
+   <source>Method</source>
+   <translation>Verfahren</translation>
+  </message>
+  <message>
+   <source>Textures</source>
+   <translation>Texturen</translation>
+  </message>
+  <message>
+   <source>Size / B</source>
+   <translation>Größe / B</translation>
+  </message>
+  <message>
+   <source>points without an error are not shown</source>
+   <translation>Punkte ohne Fehlerwert werden nicht gezeigt</translation>
+  </message>
+  <message>
+   <source>Comparing images</source>
+   <translation>Bilder werden verglichen</translation>
+  </message>
+  <message>
+   <source>Factored</source>
+   <translation>Faktorisiert</translation>
+  </message>
+  <message>
+   <source>Unfactored</source>
+   <translation>Original</translation>
+  </message>
+  <message>
+   <source>Difference</source>
+   <translation>Differenz</translation>
+  </message>
+  <message>
+   <source>Model, %1</source>
+   <translation>Modell, %1</translation>
+  </message>
+  <message>
+   <source>nothing found yet</source>
+   <translation>noch nichts gefunden</translation>
+  </message>
+  <message>
+   <source>nothing yet</source>
+   <translation>noch nichts</translation>
+  </message>
+  <message>
+   <source>%1, RMS %2</source>
+   <translation>%1, RMS %2</translation>
+  </message>
+  <message>
+   <source>Difference of the two images</source>
+   <translation>Unterschied der beiden Bilder</translation>
+  </message>
+  <message>
+   <source>Luminance, factored minus unfactored: orange where the factors are too bright, blue where too dark</source>
+   <translation>Leuchtdichte, faktorisiert minus Original: orange, wo die Faktoren zu hell sind, blau, wo zu dunkel</translation>
+  </message>
+  <message>
+   <source>This has been factored with these settings already: the list has it</source>
+   <translation>Das wurde mit diesen Einstellungen schon faktorisiert: es steht in der Liste</translation>
+  </message>
+  <message>
+   <source>%1 waits for %2</source>
+   <translation>%1 wartet auf %2</translation>
+  </message>
+  <message>
+   <source>%1 runs are listed at most; remove one first</source>
+   <translation>Höchstens %1 Läufe werden aufgelistet; zuerst einen entfernen</translation>
+  </message>
+  <message>
+   <source>The BRDF is no longer in the list of the BRDF workspace</source>
+   <translation>Die BRDF ist nicht mehr in der Liste des Arbeitsbereichs BRDF</translation>
+  </message>
+  <message>
+   <source>Its result is missing from the data folder: factor again</source>
+   <translation>Das Ergebnis fehlt im Datenordner: neu faktorisieren</translation>
+  </message>
+  <message>
+   <source>Choose %1</source>
+   <translation>%1 wählen</translation>
+  </message>
+  <message>
+   <source>Factor %1: %2</source>
+   <translation>%1 faktorisieren: %2</translation>
+  </message>
+  <message>
+   <source>%1 terms of %2</source>
+   <translation>%1 Terme von %2</translation>
+  </message>
+  <message>
+   <source>Opening %1</source>
+   <translation>%1 wird geöffnet</translation>
+  </message>
+  <message>
+   <source>Open factors %1</source>
+   <translation>Faktoren %1 öffnen</translation>
+  </message>
+  <message>
+   <source>Factoring %1: %2</source>
+   <translation>%1 wird faktorisiert: %2</translation>
+  </message>
+  <message>
+   <source>factors %1</source>
+   <translation>Faktoren %1</translation>
+  </message>
+  <message>
+   <source>Reading factors</source>
+   <translation>Faktoren werden gelesen</translation>
+  </message>
+  <message>
+   <source>not finished</source>
+   <translation>nicht beendet</translation>
+  </message>
+  <message>
+   <source>%1 of the material</source>
+   <translation>%1 des Materials</translation>
+  </message>
+  <message>
+   <source>compiling (first use only)</source>
+   <translation>wird übersetzt (nur beim ersten Mal)</translation>
+  </message>
+  <message>
+   <source>Choose another method or other settings</source>
+   <translation>Ein anderes Verfahren oder andere Einstellungen wählen</translation>
+  </message>
+  <message>
+   <source>reading factors</source>
+   <translation>Faktoren werden gelesen</translation>
+  </message>
+  <message>
+   <source>What the BRDF workspace compares, its files, models and published materials; type to find one</source>
+   <translation>Was der Arbeitsbereich BRDF vergleicht, seine Dateien, Modelle und veröffentlichten Materialien; tippen, um zu suchen</translation>
+  </message>
+  <message>
+   <source>Restarts</source>
+   <translation>Neustarts</translation>
+  </message>
+  <message>
+   <source>Together</source>
+   <translation>Zusammen</translation>
+  </message>
+  <message>
+   <source>Max. angle</source>
+   <translation>Max. Winkel</translation>
+  </message>
+  <message>
+   <source>Seed</source>
+   <translation>Startwert</translation>
+  </message>
+  <message>
+   <source>Factor</source>
+   <translation>Faktorisieren</translation>
+  </message>
+  <message>
+   <source>Open factors…</source>
+   <translation>Öffnen…</translation>
+  </message>
+  <message>
+   <source>A folder of factors that was exported here or by lightarc factor</source>
+   <translation>Ein Ordner mit Faktoren, der hier oder mit „lightarc factor“ exportiert wurde</translation>
+  </message>
+  <message>
+   <source>BRDF to factor</source>
+   <translation>Zu faktorisierende BRDF</translation>
+  </message>
+  <message>
+   <source>Factors</source>
+   <translation>Faktoren</translation>
+  </message>
+  <message>
+   <source>Directions</source>
+   <translation>Richtungen</translation>
+  </message>
+  <message>
+   <source>The two directions that index the textures</source>
+   <translation>Die beiden Richtungen, nach denen die Texturen indiziert sind</translation>
+  </message>
+  <message>
+   <source>Map from the hemisphere to a square of texels</source>
+   <translation>Abbildung der Halbkugel auf ein Quadrat von Texeln</translation>
+  </message>
+  <message>
+   <source>Enforced</source>
+   <translation>Erzwungen</translation>
+  </message>
+  <message>
+   <source>Reciprocal</source>
+   <translation>Reziprok</translation>
+  </message>
+  <message>
+   <source>Enforces reciprocity exactly: each texture is read for both orders of light and view</source>
+   <translation>Erzwingt exakte Reziprozität: jede Textur wird für beide Reihenfolgen von Licht und Blick gelesen</translation>
+  </message>
+  <message>
+   <source>Minimises</source>
+   <translation>Minimiert</translation>
+  </message>
+  <message>
+   <source>The error by which the search chooses projections. Logarithms count dark and bright alike, and the cosine-weighted RMS, which bright values dominate, can rise with them; Mean² weighs bright values most</source>
+   <translation>Der Fehler, nach dem die Suche Projektionen wählt. Logarithmen zählen dunkel und hell gleich; der kosinusgewichtete RMS, den helle Werte bestimmen, kann dabei steigen; Mittel² gewichtet helle Werte am stärksten</translation>
+  </message>
+  <message>
+   <source>Preset</source>
+   <translation>Vorgabe</translation>
+  </message>
+  <message>
+   <source>Ours adds guesses, fixed projections and a final fit of all textures to what the thesis did</source>
+   <translation>„Eigene“ ergänzt die Dissertation um Startwerte, feste Projektionen und eine letzte Anpassung aller Texturen</translation>
+  </message>
+  <message>
+   <source>Begin with these settings (Ctrl+Enter)</source>
+   <translation>Mit diesen Einstellungen beginnen (Strg+Eingabe)</translation>
+  </message>
+  <message>
+   <source>PNG image (*.png);;SVG drawing (*.svg);;Values as CSV (*.csv)</source>
+   <translation>PNG-Bild (*.png);;SVG-Zeichnung (*.svg);;Werte als CSV (*.csv)</translation>
+  </message>
+  <message>
+   <source>Drawing textures</source>
+   <translation>Texturen werden gezeichnet</translation>
+  </message>
+  <message>
+   <source>Judging factors</source>
+   <translation>Faktoren werden bewertet</translation>
+  </message>
+  <message>
+   <source>Plotted error</source>
+   <translation>Gezeigter Fehler</translation>
+  </message>
+  <message>
+   <source>The error that the plot shows</source>
+   <translation>Der Fehler, den das Diagramm zeigt</translation>
+  </message>
+  <message>
+   <source>Error against the number of terms</source>
+   <translation>Fehler über der Anzahl der Terme</translation>
+  </message>
+  <message>
+   <source>Error against time, with every intermediate result</source>
+   <translation>Fehler über der Zeit, mit jedem Zwischenergebnis</translation>
+  </message>
+  <message>
+   <source>Error against the bytes of the textures</source>
+   <translation>Fehler über den Bytes der Texturen</translation>
+  </message>
+  <message>
+   <source>Exposure of the textures</source>
+   <translation>Belichtung der Texturen</translation>
+  </message>
+  <message>
+   <source>Brightness of the textures</source>
+   <translation>Helligkeit der Texturen</translation>
+  </message>
+  <message>
+   <source>Preview on a sphere</source>
+   <translation>Vorschau auf einer Kugel</translation>
+  </message>
+  <message>
+   <source>Preview on the model of the View workspace</source>
+   <translation>Vorschau auf dem Modell des Arbeitsbereichs Ansicht</translation>
+  </message>
+  <message>
+   <source>Projections</source>
+   <translation>Projektionen</translation>
+  </message>
+  <message>
+   <source>Preview</source>
+   <translation>Vorschau</translation>
+  </message>
+  <message>
+   <source>Nothing factored yet</source>
+   <translation>Noch nichts faktorisiert</translation>
+  </message>
+  <message>
+   <source>Choose a BRDF and a method on the left and press Factor. Several methods can run side by side; their errors, textures and projections appear here while they run.</source>
+   <translation>Links eine BRDF und ein Verfahren wählen und „Faktorisieren“ drücken. Mehrere Verfahren können nebeneinander laufen; ihre Fehler, Texturen und Projektionen erscheinen hier währenddessen.</translation>
+  </message>
+  <message>
+   <source>Choose %1 term%2 of %3</source>
+   <translation>%1 Term von %3 wählen</translation>
+  </message>
+  <message>
+   <source>Factor %1 next</source>
+   <translation>%1 als Nächstes faktorisieren</translation>
+  </message>
+  <message>
+   <source>Change how to factor</source>
+   <translation>Faktorisierung ändern</translation>
+  </message>
+  <message>
+   <source>factor choices</source>
+   <translation>factor choices</translation>
+  </message>
+  <message>
+   <source>Remove a run of %1</source>
+   <translation>Einen Lauf von %1 entfernen</translation>
+  </message>
+  <message>
+   <source>Open a folder of factors</source>
+   <translation>Einen Ordner mit Faktoren öffnen</translation>
+  </message>
+  <message>
+   <source>%1 factors</source>
+   <translation>Faktoren von %1</translation>
+  </message>
+  <message>
+   <source>Export factors to a new folder</source>
+   <translation>Faktoren in einen neuen Ordner exportieren</translation>
+  </message>
+  <message>
+   <source>Writing %1</source>
+   <translation>%1 wird geschrieben</translation>
+  </message>
+  <message>
+   <source>%1, %2 term%3</source>
+   <translation>%1, %2 Term</translation>
+  </message>
+  <message>
+   <source>Save the error plot</source>
+   <translation>Fehlerdiagramm speichern</translation>
+  </message>
+  <message>
+   <source>Load a model in the View workspace first</source>
+   <translation>Zuerst im Arbeitsbereich Ansicht ein Modell laden</translation>
+  </message>
+ </context>
+ <context>
+  <name>view</name>
+  <message>
+   <source>Bake</source>
+   <translation>Vorberechnen</translation>
+  </message>
+  <message>
+   <source>Compute the light transport at each vertex, in the background (Ctrl+Enter)</source>
+   <translation>Den Lichttransport an jedem Eckpunkt im Hintergrund berechnen (Strg+Eingabe)</translation>
+  </message>
+  <message>
+   <source>Stop baking</source>
+   <translation>Vorberechnung beenden</translation>
+  </message>
+  <message>
+   <source>Forced under Effects</source>
+   <translation>Unter „Effekte“ festgelegt</translation>
+  </message>
+  <message>
+   <source>A bake is running</source>
+   <translation>Eine Vorberechnung läuft</translation>
+  </message>
+  <message>
+   <source>%1, then it bakes.</source>
+   <translation>%1, danach wird vorberechnet.</translation>
+  </message>
+  <message>
+   <source>Analysing the scene</source>
+   <translation>Szene wird untersucht</translation>
+  </message>
+  <message>
+   <source>Preparing</source>
+   <translation>Vorbereitung</translation>
+  </message>
+  <message>
+   <source>%1. Until then the image shows %2.</source>
+   <translation>%1. Bis dahin zeigt das Bild %2.</translation>
+  </message>
+  <message>
+   <source>Waiting</source>
+   <translation>Wartet</translation>
+  </message>
+  <message>
+   <source>Baked in %1</source>
+   <translation>In %1 vorberechnet</translation>
+  </message>
+  <message>
+   <source>Baked</source>
+   <translation>Vorberechnet</translation>
+  </message>
+  <message>
+   <source>Light and camera move freely.</source>
+   <translation>Licht und Kamera sind frei beweglich.</translation>
+  </message>
+  <message>
+   <source>Estimating…</source>
+   <translation>Wird geschätzt…</translation>
+  </message>
+  <message>
+   <source>Baking takes about %1 and %2.</source>
+   <translation>Die Vorberechnung braucht etwa %1 und %2.</translation>
+  </message>
+  <message>
+   <source>This was not baked yet.</source>
+   <translation>Noch nicht vorberechnet.</translation>
+  </message>
+  <message>
+   <source>Until then the image shows %1.</source>
+   <translation>Bis dahin zeigt das Bild %1.</translation>
+  </message>
+  <message>
+   <source>Another BRDF takes about %1.</source>
+   <translation>Eine andere BRDF braucht etwa %1.</translation>
+  </message>
+  <message>
+   <source>Error %1 in the %2</source>
+   <translation>Fehler %1 in: %2</translation>
+  </message>
+  <message>
+   <source>%1: another mode, or more of this one, shows this BRDF better.</source>
+   <translation>%1: ein anderer Modus oder eine feinere Einstellung zeigt diese BRDF besser.</translation>
+  </message>
+  <message>
+   <source>Not shown: %1.</source>
+   <translation>Nicht gezeigt: %1.</translation>
+  </message>
+  <message>
+   <source>The plan leaves off %1: switch off under Effects.</source>
+   <translation>Der Plan lässt %1 weg: unter „Effekte“ ausschalten.</translation>
+  </message>
+  <message>
+   <source>the previous bake</source>
+   <translation>die vorige Vorberechnung</translation>
+  </message>
+  <message>
+   <source>direct light without shadows</source>
+   <translation>direktes Licht ohne Schatten</translation>
+  </message>
+  <message>
+   <source>The image keeps the light before: %1.</source>
+   <translation>Das Bild behält das vorige Licht: %1.</translation>
+  </message>
+  <message>
+   <source>What is baked is kept, and the next bake goes on from there.</source>
+   <translation>Berechnetes bleibt erhalten; die nächste Vorberechnung setzt dort fort.</translation>
+  </message>
+  <message>
+   <source>Estimating a bake</source>
+   <translation>Vorberechnung wird geschätzt</translation>
+  </message>
+  <message>
+   <source>Relighting</source>
+   <translation>Neu beleuchten</translation>
+  </message>
+  <message>
+   <source>Settings of %1</source>
+   <translation>Einstellungen: %1</translation>
+  </message>
+  <message>
+   <source>The bake is of another model.</source>
+   <translation>Die Vorberechnung gehört zu einem anderen Modell.</translation>
+  </message>
+  <message>
+   <source>The bake is of another ground.</source>
+   <translation>Die Vorberechnung gehört zu einem anderen Boden.</translation>
+  </message>
+  <message>
+   <source>Baking %1</source>
+   <translation>Vorberechnung: %1</translation>
+  </message>
+  <message>
+   <source>bakes that follow</source>
+   <translation>folgende Vorberechnungen</translation>
+  </message>
+  <message>
+   <source>Nothing is written if you stop it.</source>
+   <translation>Bei einem Abbruch wird nichts geschrieben.</translation>
+  </message>
+  <message>
+   <source>In the integral</source>
+   <translation>Im Integral</translation>
+  </message>
+  <message>
+   <source>The slice is sampled at r = BRDF × cosine, as the method defines it</source>
+   <translation>Die Schicht wird bei r = BRDF × Kosinus abgetastet, wie es das Verfahren vorsieht</translation>
+  </message>
+  <message>
+   <source>Texture</source>
+   <translation>Textur</translation>
+  </message>
+  <message>
+   <source>The brightest slice, used as a texture</source>
+   <translation>Die hellste Schicht, als Textur verwendet</translation>
+  </message>
+  <message>
+   <source>By outgoing radiance</source>
+   <translation>Nach Strahldichte</translation>
+  </message>
+  <message>
+   <source>The slice is sampled at the outgoing radiance</source>
+   <translation>Die Schicht wird bei der ausgehenden Strahldichte abgetastet</translation>
+  </message>
+  <message>
+   <source>By angle</source>
+   <translation>Nach Winkel</translation>
+  </message>
+  <message>
+   <source>The slice is sampled at the angle of the light alone</source>
+   <translation>Die Schicht wird nur beim Winkel des Lichts abgetastet</translation>
+  </message>
+  <message>
+   <source>A model, or a BRDF from the BRDF workspace</source>
+   <translation>Ein Modell oder eine BRDF aus dem Arbeitsbereich BRDF</translation>
+  </message>
+  <message>
+   <source>Multiple scattering</source>
+   <translation>Mehrfachstreuung</translation>
+  </message>
+  <message>
+   <source>Add the light that rough facets of the PBR maps scatter more than once</source>
+   <translation>Das Licht hinzufügen, das raue Facetten der PBR-Karten mehrfach streuen</translation>
+  </message>
+  <message>
+   <source>BRDF %1</source>
+   <translation>BRDF %1</translation>
+  </message>
+  <message>
+   <source>Change BRDF</source>
+   <translation>BRDF ändern</translation>
+  </message>
+  <message>
+   <source>Sampling</source>
+   <translation>Abtastung</translation>
+  </message>
+  <message>
+   <source>Sample the slices of the shading map</source>
+   <translation>Die Schichten der Schattierungskarte abtasten</translation>
+  </message>
+  <message>
+   <source>Sample the compressed pair, six numbers per texel</source>
+   <translation>Das komprimierte Paar abtasten, sechs Zahlen je Texel</translation>
+  </message>
+  <message>
+   <source>Pow. law</source>
+   <translation>Potenz</translation>
+  </message>
+  <message>
+   <source>Show from</source>
+   <translation>Zeigen aus</translation>
+  </message>
+  <message>
+   <source>The four ways of sampling of Kautz et al. 2004, figure 6</source>
+   <translation>Die vier Arten der Abtastung nach Kautz et al. 2004, Abbildung 6</translation>
+  </message>
+  <message>
+   <source>Clamp</source>
+   <translation>Begrenzen</translation>
+  </message>
+  <message>
+   <source>Brighter than the brightest photograph: that photograph</source>
+   <translation>Heller als das hellste Foto: dieses Foto</translation>
+  </message>
+  <message>
+   <source>Brighter than the brightest photograph: scaled up</source>
+   <translation>Heller als das hellste Foto: hochskaliert</translation>
+  </message>
+  <message>
+   <source>Above the largest r</source>
+   <translation>Über dem größten r</translation>
+  </message>
+  <message>
+   <source>Above</source>
+   <translation>Darüber</translation>
+  </message>
+  <message>
+   <source>Sampling above the largest r of the capture</source>
+   <translation>Abtastung über dem größten r der Aufnahme</translation>
+  </message>
+  <message>
+   <source>Scale σ</source>
+   <translation>Maßstab σ</translation>
+  </message>
+  <message>
+   <source>Automatic: model and photographs agree on the capture's own lights</source>
+   <translation>Automatisch: Modell und Fotos stimmen unter den Lichtern der Aufnahme überein</translation>
+  </message>
+  <message>
+   <source>A directional map is shown by its planes</source>
+   <translation>Eine Richtungskarte wird durch ihre Ebenen gezeigt</translation>
+  </message>
+  <message>
+   <source>Build or open a material first</source>
+   <translation>Zuerst ein Material erzeugen oder öffnen</translation>
+  </message>
+  <message>
+   <source>PBR maps have a BRDF at each texel and no slices</source>
+   <translation>PBR-Karten haben an jedem Texel eine BRDF und keine Schichten</translation>
+  </message>
+  <message>
+   <source>%1 auto</source>
+   <translation>%1 autom.</translation>
+  </message>
+  <message>
+   <source>Direct light only</source>
+   <translation>Nur direktes Licht</translation>
+  </message>
+  <message>
+   <source>1 bounce</source>
+   <translation>1 Reflexion</translation>
+  </message>
+  <message>
+   <source>2 bounces</source>
+   <translation>2 Reflexionen</translation>
+  </message>
+  <message>
+   <source>4 bounces</source>
+   <translation>4 Reflexionen</translation>
+  </message>
+  <message>
+   <source>8 bounces</source>
+   <translation>8 Reflexionen</translation>
+  </message>
+  <message>
+   <source>Only the mode above</source>
+   <translation>Nur der Modus oben</translation>
+  </message>
+  <message>
+   <source>Wipe</source>
+   <translation>Linie</translation>
+  </message>
+  <message>
+   <source>Both modes, separated by a line that you drag (B)</source>
+   <translation>Beide Modi, getrennt durch eine ziehbare Linie (B)</translation>
+  </message>
+  <message>
+   <source>The luminance of the mode above minus that of the other (E)</source>
+   <translation>Die Leuchtdichte des Modus oben minus die des anderen (E)</translation>
+  </message>
+  <message>
+   <source>Compare</source>
+   <translation>Vergleich</translation>
+  </message>
+  <message>
+   <source>Compare with</source>
+   <translation>Vergleichen mit</translation>
+  </message>
+  <message>
+   <source>Against</source>
+   <translation>Gegen</translation>
+  </message>
+  <message>
+   <source>The other mode; Tab exchanges the two while both are shown</source>
+   <translation>Der andere Modus; Tab vertauscht die beiden, solange beide gezeigt werden</translation>
+  </message>
+  <message>
+   <source>Bounces</source>
+   <translation>Reflexionen</translation>
+  </message>
+  <message>
+   <source>Path depth of the reference: bounces after the first surface. All errors are measured against it</source>
+   <translation>Pfadtiefe der Referenz: Reflexionen nach der ersten Fläche. Alle Fehler werden daran gemessen</translation>
+  </message>
+  <message>
+   <source>Relative RMSE of linear radiance against the other, and its 95 % confidence interval</source>
+   <translation>Relativer RMSE der linearen Strahldichte gegenüber dem anderen Bild, mit 95-%-Konfidenzintervall</translation>
+  </message>
+  <message>
+   <source>FLIP: difference seen when the two images alternate, from 0 (none) to 1 (all)</source>
+   <translation>FLIP: Unterschied, der beim Wechsel zwischen den Bildern zu sehen ist, von 0 (keiner) bis 1 (alles)</translation>
+  </message>
+  <message>
+   <source>Largest</source>
+   <translation>Größter</translation>
+  </message>
+  <message>
+   <source>The largest difference of a channel, in radiance</source>
+   <translation>Der größte Unterschied eines Kanals, in Strahldichte</translation>
+  </message>
+  <message>
+   <source>Both are the same: choose another under Against</source>
+   <translation>Beide sind gleich: unter „Gegen“ einen anderen wählen</translation>
+  </message>
+  <message>
+   <source>being measured</source>
+   <translation>wird gemessen</translation>
+  </message>
+  <message>
+   <source>The true error lies within ± of this value in 95 % of all cases.</source>
+   <translation>Der wahre Fehler liegt in 95 % aller Fälle innerhalb ± dieses Werts.</translation>
+  </message>
+  <message>
+   <source>The images are not complete yet</source>
+   <translation>Die Bilder sind noch nicht fertig</translation>
+  </message>
+  <message>
+   <source>noise of the reference</source>
+   <translation>Rauschen der Referenz</translation>
+  </message>
+  <message>
+   <source>%1 against %2</source>
+   <translation>%1 gegen %2</translation>
+  </message>
+  <message>
+   <source>the reference</source>
+   <translation>die Referenz</translation>
+  </message>
+  <message>
+   <source>%1 pixels</source>
+   <translation>%1 Pixel</translation>
+  </message>
+  <message>
+   <source>%1 sample%2</source>
+   <translation>%1 Abtastung</translation>
+  </message>
+  <message>
+   <source>The noise of the reference after %1 of each of %2.
+%3</source>
+   <translation>Das Rauschen der Referenz nach %1 von %2.
+%3</translation>
+  </message>
+  <message>
+   <source>%1: relative RMSE of linear radiance on %2</source>
+   <translation>%1: relativer RMSE der linearen Strahldichte auf %2</translation>
+  </message>
+  <message>
+   <source>%1; the reference has %2 of each.
+%3</source>
+   <translation>%1; die Referenz hat jeweils %2.
+%3</translation>
+  </message>
+  <message>
+   <source> It is measured once the image rests.</source>
+   <translation> Gemessen wird, sobald das Bild ruht.</translation>
+  </message>
+  <message>
+   <source>The error that the plan predicts: %1 in 95 of 100 scenes.%2</source>
+   <translation>Der vorhergesagte Fehler des Plans: %1 in 95 von 100 Szenen.%2</translation>
+  </message>
+  <message>
+   <source>≈ %1 predicted</source>
+   <translation>≈ %1 vorhergesagt</translation>
+  </message>
+  <message>
+   <source>There is no reference to compare with. %1.</source>
+   <translation>Es gibt keine Referenz zum Vergleich. %1.</translation>
+  </message>
+  <message>
+   <source>Measured against a reference that refines in the background, once the image rests</source>
+   <translation>Gemessen an einer Referenz, die im Hintergrund verfeinert wird, sobald das Bild ruht</translation>
+  </message>
+  <message>
+   <source>Comparing images as an eye does</source>
+   <translation>Bilder werden wahrnehmungsnah verglichen</translation>
+  </message>
+  <message>
+   <source>comparing images</source>
+   <translation>Bilder werden verglichen</translation>
+  </message>
+  <message>
+   <source>weighing noise</source>
+   <translation>Rauschen wird gewichtet</translation>
+  </message>
+  <message>
+   <source>Rendering the reference</source>
+   <translation>Referenz wird berechnet</translation>
+  </message>
+  <message>
+   <source>reference %1</source>
+   <translation>Referenz %1</translation>
+  </message>
+  <message>
+   <source>%1, stopped</source>
+   <translation>%1, angehalten</translation>
+  </message>
+  <message>
+   <source>%1 does not show the near lights, which the reference shows</source>
+   <translation>%1 zeigt die nahen Lichter nicht, die die Referenz zeigt</translation>
+  </message>
+  <message>
+   <source>The reference does not show spatial variation of the BRDF</source>
+   <translation>Die Referenz zeigt die räumliche Variation der BRDF nicht</translation>
+  </message>
+  <message>
+   <source>Solid colour</source>
+   <translation>Einfarbig</translation>
+  </message>
+  <message>
+   <source>Environment</source>
+   <translation>Umgebung</translation>
+  </message>
+  <message>
+   <source>Blurred a little</source>
+   <translation>Leicht unscharf</translation>
+  </message>
+  <message>
+   <source>Blurred</source>
+   <translation>Unscharf</translation>
+  </message>
+  <message>
+   <source>Facing elevation</source>
+   <translation>Elevation (Ziel)</translation>
+  </message>
+  <message>
+   <source>Facing azimuth</source>
+   <translation>Azimut (Ziel)</translation>
+  </message>
+  <message>
+   <source>One light, or an environment; .hdr and .exr files can be dropped here</source>
+   <translation>Ein Licht oder eine Umgebung; .hdr- und .exr-Dateien können hierher gezogen werden</translation>
+  </message>
+  <message>
+   <source>Irradiance</source>
+   <translation>Bestr.-Stärke</translation>
+  </message>
+  <message>
+   <source>Rotation</source>
+   <translation>Drehung</translation>
+  </message>
+  <message>
+   <source>Strength</source>
+   <translation>Stärke</translation>
+  </message>
+  <message>
+   <source>Number of lights that represent the environment: more are more accurate and slower</source>
+   <translation>Anzahl der Lichter, die die Umgebung darstellen: mehr sind genauer und langsamer</translation>
+  </message>
+  <message>
+   <source>Behind</source>
+   <translation>Dahinter</translation>
+  </message>
+  <message>
+   <source>What is seen behind the model</source>
+   <translation>Was hinter dem Modell zu sehen ist</translation>
+  </message>
+  <message>
+   <source>Error of these directions against the whole environment, on this image</source>
+   <translation>Fehler dieser Richtungen gegenüber der ganzen Umgebung, auf diesem Bild</translation>
+  </message>
+  <message>
+   <source>More lights; drag their suns in the image</source>
+   <translation>Weitere Lichter; ihre Sonnen lassen sich im Bild ziehen</translation>
+  </message>
+  <message>
+   <source>Extra lights</source>
+   <translation>Zusatzlichter</translation>
+  </message>
+  <message>
+   <source>Extra light</source>
+   <translation>Zusatzlicht</translation>
+  </message>
+  <message>
+   <source>a light: directional, or a disc with soft shadows</source>
+   <translation>ein Licht: gerichtet oder eine Scheibe mit weichen Schatten</translation>
+  </message>
+  <message>
+   <source>Spheres, rectangles and discs of light near the model; drag their rings in the image</source>
+   <translation>Leuchtende Kugeln, Rechtecke und Scheiben nahe am Modell; ihre Ringe lassen sich im Bild ziehen</translation>
+  </message>
+  <message>
+   <source>Near lights</source>
+   <translation>Nahe Lichter</translation>
+  </message>
+  <message>
+   <source>Near light</source>
+   <translation>Nahes Licht</translation>
+  </message>
+  <message>
+   <source>a light near the model</source>
+   <translation>ein Licht nahe am Modell</translation>
+  </message>
+  <message>
+   <source>One light</source>
+   <translation>Ein Licht</translation>
+  </message>
+  <message>
+   <source>Extra lights only</source>
+   <translation>Nur Zusatzlichter</translation>
+  </message>
+  <message>
+   <source>Open an environment…</source>
+   <translation>Umgebung öffnen…</translation>
+  </message>
+  <message>
+   <source>Add an extra light</source>
+   <translation>Zusatzlicht hinzufügen</translation>
+  </message>
+  <message>
+   <source>Remove an extra light</source>
+   <translation>Zusatzlicht entfernen</translation>
+  </message>
+  <message>
+   <source>Add a near light</source>
+   <translation>Nahes Licht hinzufügen</translation>
+  </message>
+  <message>
+   <source>Remove a near light</source>
+   <translation>Nahes Licht entfernen</translation>
+  </message>
+  <message>
+   <source>Behind the model</source>
+   <translation>Hinter dem Modell</translation>
+  </message>
+  <message>
+   <source>Open an environment</source>
+   <translation>Umgebung öffnen</translation>
+  </message>
+  <message>
+   <source>Environments</source>
+   <translation>Umgebungen</translation>
+  </message>
+  <message>
+   <source>Light from %1</source>
+   <translation>Licht aus %1</translation>
+  </message>
+  <message>
+   <source>Add %1</source>
+   <translation>Hinzufügen: %1</translation>
+  </message>
+  <message>
+   <source>Remove this %1</source>
+   <translation>Entfernen: %1</translation>
+  </message>
+  <message>
+   <source>There are no %1s yet</source>
+   <translation>Es gibt noch keines: %1</translation>
+  </message>
+  <message>
+   <source>There are %1 %2s already</source>
+   <translation>Es sind schon %1: %2</translation>
+  </message>
+  <message>
+   <source>Click the model to choose a vertex. Its lobes are those of a bake in Gaussians, or else fitted to one view.</source>
+   <translation>Klick auf das Modell wählt einen Eckpunkt. Seine Keulen sind die einer Vorberechnung mit Gauß-Funktionen oder an eine Ansicht angepasst.</translation>
+  </message>
+  <message>
+   <source>This BRDF has no glossy part.</source>
+   <translation>Diese BRDF hat keinen glänzenden Anteil.</translation>
+  </message>
+  <message>
+   <source>This vertex faces away from this view.</source>
+   <translation>Dieser Eckpunkt ist von dieser Ansicht abgewandt.</translation>
+  </message>
+  <message>
+   <source>Click the model to choose a vertex.</source>
+   <translation>Klick auf das Modell wählt einen Eckpunkt.</translation>
+  </message>
+  <message>
+   <source>Click the model</source>
+   <translation>Modell anklicken</translation>
+  </message>
+  <message>
+   <source>Not glossy</source>
+   <translation>Nicht glänzend</translation>
+  </message>
+  <message>
+   <source>Faces away</source>
+   <translation>Abgewandt</translation>
+  </message>
+  <message>
+   <source>Lobe inspector</source>
+   <translation>Keulen-Inspektor</translation>
+  </message>
+  <message>
+   <source>Inspecting a vertex</source>
+   <translation>Eckpunkt wird untersucht</translation>
+  </message>
+  <message>
+   <source>The camera</source>
+   <translation>Die Kamera</translation>
+  </message>
+  <message>
+   <source>View %1</source>
+   <translation>Ansicht %1</translation>
+  </message>
+  <message>
+   <source>View</source>
+   <translation>Ansicht</translation>
+  </message>
+  <message>
+   <source>Direction of the view: the camera, or one of the 92 stored views</source>
+   <translation>Blickrichtung: die Kamera oder eine der 92 gespeicherten Ansichten</translation>
+  </message>
+  <message>
+   <source>Towards</source>
+   <translation>Richtung</translation>
+  </message>
+  <message>
+   <source>seen %1° from the normal</source>
+   <translation>%1° von der Normalen gesehen</translation>
+  </message>
+  <message>
+   <source>lobes of the bake</source>
+   <translation>Keulen der Vorberechnung</translation>
+  </message>
+  <message>
+   <source>lobes fitted to this view alone</source>
+   <translation>nur an diese Ansicht angepasste Keulen</translation>
+  </message>
+  <message>
+   <source>Vertex %1</source>
+   <translation>Eckpunkt %1</translation>
+  </message>
+  <message>
+   <source>Tabulated transport</source>
+   <translation>Tabellierter Transport</translation>
+  </message>
+  <message>
+   <source>to %1 / sr</source>
+   <translation>bis %1 / sr</translation>
+  </message>
+  <message>
+   <source>error %1</source>
+   <translation>Fehler %1</translation>
+  </message>
+  <message>
+   <source>%1, %2 numbers</source>
+   <translation>%1, %2 Zahlen</translation>
+  </message>
+  <message>
+   <source>looking at the model</source>
+   <translation>Modell wird untersucht</translation>
+  </message>
+  <message>
+   <source>Analysing the scene…</source>
+   <translation>Szene wird untersucht…</translation>
+  </message>
+  <message>
+   <source>this scene could not be planned</source>
+   <translation>für diese Szene ließ sich kein Plan machen</translation>
+  </message>
+  <message>
+   <source>Planning was stopped. Any change of the scene or of the budget plans again.</source>
+   <translation>Die Planung wurde beendet. Jede Änderung der Szene oder des Budgets plant neu.</translation>
+  </message>
+  <message>
+   <source>Planning effects</source>
+   <translation>Effekte werden geplant</translation>
+  </message>
+  <message>
+   <source>A plan needs an environment: choose one under Light.</source>
+   <translation>Ein Plan braucht eine Umgebung: unter „Licht“ eine wählen.</translation>
+  </message>
+  <message>
+   <source>Enter the budget as '1 %' or '8 ms'.</source>
+   <translation>Das Budget als „1 %“ oder „8 ms“ eingeben.</translation>
+  </message>
+  <message>
+   <source>A plan keeps within an error or a time: give only one of the two.</source>
+   <translation>Ein Plan hält einen Fehler oder eine Zeit ein: nur eines von beiden angeben.</translation>
+  </message>
+  <message>
+   <source>Plain grey</source>
+   <translation>Grau</translation>
+  </message>
+  <message>
+   <source>Transparent</source>
+   <translation>Transparent</translation>
+  </message>
+  <message>
+   <source>The model</source>
+   <translation>Das Modell</translation>
+  </message>
+  <message>
+   <source>The light</source>
+   <translation>Das Licht</translation>
+  </message>
+  <message>
+   <source>Both together</source>
+   <translation>Beides zusammen</translation>
+  </message>
+  <message>
+   <source>PNG (*.png);;OpenEXR, linear radiance (*.exr)</source>
+   <translation>PNG (*.png);;OpenEXR, lineare Strahldichte (*.exr)</translation>
+  </message>
+  <message>
+   <source>MP4 (*.mp4);;Animated WebP (*.webp);;Folder of PNG (*)</source>
+   <translation>MP4 (*.mp4);;Animiertes WebP (*.webp);;Ordner mit PNG (*)</translation>
+  </message>
+  <message>
+   <source>Save an image</source>
+   <translation>Bild speichern</translation>
+  </message>
+  <message>
+   <source>Save a turntable</source>
+   <translation>Drehung speichern</translation>
+  </message>
+  <message>
+   <source>Image</source>
+   <translation>Bild</translation>
+  </message>
+  <message>
+   <source>One image</source>
+   <translation>Ein Bild</translation>
+  </message>
+  <message>
+   <source>Turntable</source>
+   <translation>Drehung</translation>
+  </message>
+  <message>
+   <source>A film of one turn</source>
+   <translation>Ein Film einer ganzen Drehung</translation>
+  </message>
+  <message>
+   <source>As on screen, %1 × %2</source>
+   <translation>Wie am Bildschirm, %1 × %2</translation>
+  </message>
+  <message>
+   <source>Any size: images beyond the limit of the graphics device come in tiles</source>
+   <translation>Beliebige Größe: Bilder über der Grenze der Grafikkarte entstehen in Kacheln</translation>
+  </message>
+  <message>
+   <source>Background</source>
+   <translation>Hintergrund</translation>
+  </message>
+  <message>
+   <source>What is behind the model</source>
+   <translation>Was hinter dem Modell ist</translation>
+  </message>
+  <message>
+   <source>Blur</source>
+   <translation>Unschärfe</translation>
+  </message>
+  <message>
+   <source>Blur of the environment behind the model, as an angle; the light stays as it is</source>
+   <translation>Unschärfe der Umgebung hinter dem Modell, als Winkel; das Licht bleibt unverändert</translation>
+  </message>
+  <message>
+   <source>Paths of each pixel: four times as many halve the noise</source>
+   <translation>Pfade je Pixel: viermal so viele halbieren das Rauschen</translation>
+  </message>
+  <message>
+   <source>Albedo and normals in .exr</source>
+   <translation>Albedo und Normalen in .exr</translation>
+  </message>
+  <message>
+   <source>Layers in the same file; the reference always has its standard error</source>
+   <translation>Ebenen in derselben Datei; die Referenz hat immer ihren Standardfehler</translation>
+  </message>
+  <message>
+   <source>What turns</source>
+   <translation>Was sich dreht</translation>
+  </message>
+  <message>
+   <source>The model before a light that rests, the light, or both as one</source>
+   <translation>Das Modell vor ruhendem Licht, das Licht oder beides als Ganzes</translation>
+  </message>
+  <message>
+   <source>Of one full turn</source>
+   <translation>Einer ganzen Drehung</translation>
+  </message>
+  <message>
+   <source>Frames/s</source>
+   <translation>Bilder/s</translation>
+  </message>
+  <message>
+   <source>Save…</source>
+   <translation>Speichern…</translation>
+  </message>
+  <message>
+   <source>Choose a place, and draw in the background</source>
+   <translation>Einen Ort wählen und im Hintergrund zeichnen</translation>
+  </message>
+  <message>
+   <source>Cancel</source>
+   <translation>Abbrechen</translation>
+  </message>
+  <message>
+   <source>Only an environment behind the model can be blurred</source>
+   <translation>Nur eine Umgebung hinter dem Modell kann unscharf sein</translation>
+  </message>
+  <message>
+   <source>Only the reference draws with random paths</source>
+   <translation>Nur die Referenz zeichnet mit zufälligen Pfaden</translation>
+  </message>
+  <message>
+   <source>%1 frames, drawn as %2.</source>
+   <translation>%1 Bilder, gezeichnet mit: %2.</translation>
+  </message>
+  <message>
+   <source>Drawn as %1.</source>
+   <translation>Gezeichnet mit: %1.</translation>
+  </message>
+  <message>
+   <source>Plane</source>
+   <translation>Ebene</translation>
+  </message>
+  <message>
+   <source>Torus knot</source>
+   <translation>Torusknoten</translation>
+  </message>
+  <message>
+   <source>Draped cloth</source>
+   <translation>Drapiertes Tuch</translation>
+  </message>
+  <message>
+   <source>Abstract bust</source>
+   <translation>Abstrakte Büste</translation>
+  </message>
+  <message>
+   <source>Flat, once</source>
+   <translation>Flach, einmal</translation>
+  </message>
+  <message>
+   <source>Along the texture</source>
+   <translation>Längs der Textur</translation>
+  </message>
+  <message>
+   <source>Along %1</source>
+   <translation>Längs %1</translation>
+  </message>
+  <message>
+   <source>Scene</source>
+   <translation>Szene</translation>
+  </message>
+  <message>
+   <source>A built-in model, or a mesh of your own</source>
+   <translation>Ein eingebautes Modell oder ein eigenes Netz</translation>
+  </message>
+  <message>
+   <source>Flip it</source>
+   <translation>Umdrehen</translation>
+  </message>
+  <message>
+   <source>Flip the faces, so that the surface faces outwards</source>
+   <translation>Die Flächen umdrehen, sodass die Oberfläche nach außen zeigt</translation>
+  </message>
+  <message>
+   <source>Tiling</source>
+   <translation>Kachelung</translation>
+  </message>
+  <message>
+   <source>Grid</source>
+   <translation>Raster</translation>
+  </message>
+  <message>
+   <source>Each repeat of the maps is the same</source>
+   <translation>Jede Wiederholung der Karten ist gleich</translation>
+  </message>
+  <message>
+   <source>Hexagonal</source>
+   <translation>Hexagonal</translation>
+  </message>
+  <message>
+   <source>In hexagonal cells without a visible period, for materials without a regular pattern</source>
+   <translation>In sechseckigen Zellen ohne sichtbare Periode, für Materialien ohne regelmäßiges Muster</translation>
+  </message>
+  <message>
+   <source>Tiling mode</source>
+   <translation>Kachelart</translation>
+  </message>
+  <message>
+   <source>How the material repeats over the model</source>
+   <translation>Wie sich das Material über das Modell wiederholt</translation>
+  </message>
+  <message>
+   <source>Brushing</source>
+   <translation>Bürstung</translation>
+  </message>
+  <message>
+   <source>The direction along which an anisotropic BRDF runs</source>
+   <translation>Die Richtung, in der eine anisotrope BRDF verläuft</translation>
+  </message>
+  <message>
+   <source>Angle</source>
+   <translation>Winkel</translation>
+  </message>
+  <message>
+   <source>Brushing the model</source>
+   <translation>Modell wird gebürstet</translation>
+  </message>
+  <message>
+   <source>Ground</source>
+   <translation>Boden</translation>
+  </message>
+  <message>
+   <source>A level diffuse surface under the model</source>
+   <translation>Eine ebene diffuse Fläche unter dem Modell</translation>
+  </message>
+  <message>
+   <source>Open a mesh…</source>
+   <translation>Netz öffnen…</translation>
+  </message>
+  <message>
+   <source>Meshes</source>
+   <translation>Netze</translation>
+  </message>
+  <message>
+   <source>Open a mesh</source>
+   <translation>Netz öffnen</translation>
+  </message>
+  <message>
+   <source>Flipping the model</source>
+   <translation>Modell wird umgedreht</translation>
+  </message>
+  <message>
+   <source>Flip the model</source>
+   <translation>Modell umdrehen</translation>
+  </message>
+  <message>
+   <source>brushing the model</source>
+   <translation>Modell wird gebürstet</translation>
+  </message>
+  <message>
+   <source>flipping the model</source>
+   <translation>Modell wird umgedreht</translation>
+  </message>
+  <message>
+   <source>Neutral (Khronos)</source>
+   <translation>Neutral (Khronos)</translation>
+  </message>
+  <message>
+   <source>No shadows on the ground in this mode and light: baked modes and the reference show them.</source>
+   <translation>Bei diesem Modus und Licht hat der Boden keine Schatten: vorberechnete Modi und die Referenz zeigen sie.</translation>
+  </message>
+  <message>
+   <source>%1 does not show near lights: choose Direct, the reference or spherical harmonics.</source>
+   <translation>%1 zeigt keine nahen Lichter: „Direkt“, die Referenz oder Kugelflächenfunktionen wählen.</translation>
+  </message>
+  <message>
+   <source>Measuring the light's error</source>
+   <translation>Fehler des Lichts wird gemessen</translation>
+  </message>
+  <message>
+   <source>Blurring the environment</source>
+   <translation>Umgebung wird weichgezeichnet</translation>
+  </message>
+  <message>
+   <source>Frame the model</source>
+   <translation>Modell einpassen</translation>
+  </message>
+  <message>
+   <source>Swap the two modes</source>
+   <translation>Die beiden Modi vertauschen</translation>
+  </message>
+  <message>
+   <source>Tab</source>
+   <translation>Tab</translation>
+  </message>
+  <message>
+   <source>Tone map</source>
+   <translation>Tonwerte</translation>
+  </message>
+  <message>
+   <source>Tone mapping of radiance above white</source>
+   <translation>Tonwertabbildung von Strahldichten über Weiß</translation>
+  </message>
+  <message>
+   <source>Stop refining the reference</source>
+   <translation>Verfeinern der Referenz anhalten</translation>
+  </message>
+  <message>
+   <source>Loading the model</source>
+   <translation>Modell wird geladen</translation>
+  </message>
+  <message>
+   <source>No material yet: the model shows the BRDF alone.</source>
+   <translation>Noch kein Material: das Modell zeigt nur die BRDF.</translation>
+  </message>
+  <message>
+   <source>Direct light shows the BRDF at the mean of the PBR maps.</source>
+   <translation>Direktes Licht zeigt die BRDF beim Mittel der PBR-Karten.</translation>
+  </message>
+  <message>
+   <source>Measured BRDF: %1</source>
+   <translation>Gemessene BRDF: %1</translation>
+  </message>
+  <message>
+   <source>%1 triangles</source>
+   <translation>%1 Dreiecke</translation>
+  </message>
+  <message>
+   <source>Refine the reference again</source>
+   <translation>Referenz weiter verfeinern</translation>
+  </message>
+  <message>
+   <source>The reference is not being refined</source>
+   <translation>Die Referenz wird nicht verfeinert</translation>
+  </message>
+  <message>
+   <source>Use %1</source>
+   <translation>%1 verwenden</translation>
+  </message>
+  <message>
+   <source>Rotate the environment</source>
+   <translation>Umgebung drehen</translation>
+  </message>
+  <message>
+   <source>Change the light</source>
+   <translation>Licht ändern</translation>
+  </message>
+  <message>
+   <source>Change the image</source>
+   <translation>Bild ändern</translation>
+  </message>
+  <message>
+   <source>Change a light</source>
+   <translation>Ein Licht ändern</translation>
+  </message>
+  <message>
+   <source>Move the light</source>
+   <translation>Licht bewegen</translation>
+  </message>
+  <message>
+   <source>There is no environment: choose one under Light</source>
+   <translation>Es gibt keine Umgebung: unter „Licht“ eine wählen</translation>
+  </message>
+  <message>
+   <source>Keep this view</source>
+   <translation>Diese Ansicht merken</translation>
+  </message>
+  <message>
+   <source>Forget</source>
+   <translation>Vergessen</translation>
+  </message>
+  <message>
+   <source>Keep %1</source>
+   <translation>%1 merken</translation>
+  </message>
+  <message>
+   <source>Forget %1</source>
+   <translation>%1 vergessen</translation>
+  </message>
+ </context>
+ <context>
+  <name>export</name>
+  <message>
+   <source>Relative RMSE against the material itself under studio, noon and overcast</source>
+   <translation>Relativer RMSE gegenüber dem Material selbst unter Studio, Mittag und bedecktem Himmel</translation>
+  </message>
+  <message>
+   <source>Mean difference that a user sees, against the material itself under the same environments</source>
+   <translation>Mittlerer sichtbarer Unterschied gegenüber dem Material selbst unter denselben Umgebungen</translation>
+  </message>
+  <message>
+   <source>Relative RMSE against the photographs, each under its own lamp, seen from above</source>
+   <translation>Relativer RMSE gegenüber den Fotos, jedes unter seiner Lampe, von oben gesehen</translation>
+  </message>
+  <message>
+   <source>Bytes of all files</source>
+   <translation>Bytes aller Dateien</translation>
+  </message>
+  <message>
+   <source>Bytes per point</source>
+   <translation>Bytes je Punkt</translation>
+  </message>
+  <message>
+   <source>Bytes of the maps that shading one point reads: what its evaluation costs</source>
+   <translation>Bytes der Karten, die ein Punkt beim Schattieren liest: die Kosten der Auswertung</translation>
+  </message>
+  <message>
+   <source>%1, on a preview sphere</source>
+   <translation>%1, auf einer Vorschaukugel</translation>
+  </message>
+  <message>
+   <source>It shows no image of the surface</source>
+   <translation>Es zeigt kein Bild der Oberfläche</translation>
+  </message>
+  <message>
+   <source>Title</source>
+   <translation>Titel</translation>
+  </message>
+  <message>
+   <source>Title of the work</source>
+   <translation>Titel des Werks</translation>
+  </message>
+  <message>
+   <source>Author</source>
+   <translation>Urheber</translation>
+  </message>
+  <message>
+   <source>Who made it</source>
+   <translation>Wer es gemacht hat</translation>
+  </message>
+  <message>
+   <source>License</source>
+   <translation>Lizenz</translation>
+  </message>
+  <message>
+   <source>An SPDX identifier as CC-BY-4.0, or words</source>
+   <translation>Ein SPDX-Kürzel wie CC-BY-4.0 oder Text</translation>
+  </message>
+  <message>
+   <source>An address or a reference</source>
+   <translation>Eine Adresse oder ein Verweis</translation>
+  </message>
+  <message>
+   <source>Credits</source>
+   <translation>Angaben</translation>
+  </message>
+  <message>
+   <source>%1; written into all files of an export</source>
+   <translation>%1; wird in alle Dateien eines Exports geschrieben</translation>
+  </message>
+  <message>
+   <source>Blender</source>
+   <translation>Blender</translation>
+  </message>
+  <message>
+   <source>Unreal</source>
+   <translation>Unreal</translation>
+  </message>
+  <message>
+   <source>Unity</source>
+   <translation>Unity</translation>
+  </message>
+  <message>
+   <source>Godot</source>
+   <translation>Godot</translation>
+  </message>
+  <message>
+   <source>Substance</source>
+   <translation>Substance</translation>
+  </message>
+  <message>
+   <source>PNG, 8 bits</source>
+   <translation>PNG, 8 Bit</translation>
+  </message>
+  <message>
+   <source>PNG, 16 bits</source>
+   <translation>PNG, 16 Bit</translation>
+  </message>
+  <message>
+   <source>As the program</source>
+   <translation>Wie das Programm</translation>
+  </message>
+  <message>
+   <source>y up (OpenGL)</source>
+   <translation>y nach oben (OpenGL)</translation>
+  </message>
+  <message>
+   <source>y down (DirectX)</source>
+   <translation>y nach unten (DirectX)</translation>
+  </message>
+  <message>
+   <source>Errors are relative, and measured on a preview sphere under three environments.</source>
+   <translation>Fehler sind relativ und auf einer Vorschaukugel unter drei Umgebungen gemessen.</translation>
+  </message>
+  <message>
+   <source>Looking for measured export errors</source>
+   <translation>Gemessene Exportfehler werden gesucht</translation>
+  </message>
+  <message>
+   <source>Measuring the export error</source>
+   <translation>Exportfehler wird gemessen</translation>
+  </message>
+  <message>
+   <source>The material itself</source>
+   <translation>Das Material selbst</translation>
+  </message>
+  <message>
+   <source>What a bundle holds; all others are compared with it</source>
+   <translation>Was ein Paket enthält; alle anderen werden damit verglichen</translation>
+  </message>
+  <message>
+   <source>Export error</source>
+   <translation>Exportfehler</translation>
+  </message>
+  <message>
+   <source>Measure export error</source>
+   <translation>Exportfehler messen</translation>
+  </message>
+  <message>
+   <source>Stop measuring. What was measured is kept</source>
+   <translation>Messung beenden. Gemessenes bleibt erhalten</translation>
+  </message>
+  <message>
+   <source>Smallest format under this error</source>
+   <translation>Kleinstes Format unter diesem Fehler</translation>
+  </message>
+  <message>
+   <source>Error of an export</source>
+   <translation>Fehler eines Exports</translation>
+  </message>
+  <message>
+   <source>Relative RMSE against the material itself that is still good enough</source>
+   <translation>Relativer RMSE gegenüber dem Material selbst, der noch gut genug ist</translation>
+  </message>
+  <message>
+   <source>Choose</source>
+   <translation>Wählen</translation>
+  </message>
+  <message>
+   <source>Program</source>
+   <translation>Programm</translation>
+  </message>
+  <message>
+   <source>Names and packing as its importer expects them</source>
+   <translation>Namen und Packung, wie sein Importer sie erwartet</translation>
+  </message>
+  <message>
+   <source>Bits of a value; OpenEXR holds half floats</source>
+   <translation>Bits eines Werts; OpenEXR enthält halbe Gleitkommazahlen</translation>
+  </message>
+  <message>
+   <source>Direction of y in the map of normals</source>
+   <translation>Richtung von y in der Normalenkarte</translation>
+  </message>
+  <message>
+   <source>Settings of textures</source>
+   <translation>Einstellungen der Texturen</translation>
+  </message>
+  <message>
+   <source>1 × 1, the sample</source>
+   <translation>1 × 1, die Probe</translation>
+  </message>
+  <message>
+   <source>Tile of exports</source>
+   <translation>Kachel der Exporte</translation>
+  </message>
+  <message>
+   <source>A larger tile whose repeats all differ, for programs that repeat maps in a grid</source>
+   <translation>Eine größere Kachel, deren Wiederholungen sich alle unterscheiden, für Programme, die Karten im Raster wiederholen</translation>
+  </message>
+  <message>
+   <source>Tile</source>
+   <translation>Kachel</translation>
+  </message>
+  <message>
+   <source>Repeats</source>
+   <translation>Wiederholungen</translation>
+  </message>
+  <message>
+   <source>%1; errors are measured with the export</source>
+   <translation>%1; Fehler werden beim Export gemessen</translation>
+  </message>
+  <message>
+   <source>Web page</source>
+   <translation>Webseite</translation>
+  </message>
+  <message>
+   <source>not known</source>
+   <translation>unbekannt</translation>
+  </message>
+  <message>
+   <source>Width of the sample, for a scale bar; empty where it is not known</source>
+   <translation>Breite der Probe, für einen Maßstabsbalken; leer, wenn unbekannt</translation>
+  </message>
+  <message>
+   <source>Folder</source>
+   <translation>Ordner</translation>
+  </message>
+  <message>
+   <source>Name</source>
+   <translation>Name</translation>
+  </message>
+  <message>
+   <source>A folder with one folder for each target</source>
+   <translation>Ein Ordner mit einem Unterordner je Ziel</translation>
+  </message>
+  <message>
+   <source>Change…</source>
+   <translation>Ändern…</translation>
+  </message>
+  <message>
+   <source>Within</source>
+   <translation>Innerhalb</translation>
+  </message>
+  <message>
+   <source>Result</source>
+   <translation>Ergebnis</translation>
+  </message>
+  <message>
+   <source>Nothing written yet.</source>
+   <translation>Noch nichts geschrieben.</translation>
+  </message>
+  <message>
+   <source>Show the folder</source>
+   <translation>Ordner zeigen</translation>
+  </message>
+  <message>
+   <source>Export</source>
+   <translation>Export</translation>
+  </message>
+  <message>
+   <source>Width of the sample</source>
+   <translation>Breite der Probe</translation>
+  </message>
+  <message>
+   <source>Targets of an export</source>
+   <translation>Ziele eines Exports</translation>
+  </message>
+  <message>
+   <source>%1 exports</source>
+   <translation>Exporte von %1</translation>
+  </message>
+  <message>
+   <source>Not measured: see the message.</source>
+   <translation>Nicht gemessen: siehe Meldung.</translation>
+  </message>
+  <message>
+   <source>Measuring…</source>
+   <translation>Wird gemessen…</translation>
+  </message>
+  <message>
+   <source>Stopped. What was measured is kept.</source>
+   <translation>Beendet. Gemessenes bleibt erhalten.</translation>
+  </message>
+  <message>
+   <source>Choose the smallest format</source>
+   <translation>Das kleinste Format wählen</translation>
+  </message>
+  <message>
+   <source>keeps it at</source>
+   <translation>hält es mit</translation>
+  </message>
+  <message>
+   <source>is nearest, and no representation keeps it:</source>
+   <translation>kommt am nächsten, und keine Darstellung hält es ein:</translation>
+  </message>
+  <message>
+   <source> by its %1</source>
+   <translation> durch %1</translation>
+  </message>
+  <message>
+   <source>Writing…</source>
+   <translation>Wird geschrieben…</translation>
+  </message>
+  <message>
+   <source>Exporting to %1</source>
+   <translation>Export nach %1</translation>
+  </message>
+  <message>
+   <source>Not written: %1</source>
+   <translation>Nicht geschrieben: %1</translation>
+  </message>
+  <message>
+   <source>Cancelled. Nothing was written.</source>
+   <translation>Abgebrochen. Nichts wurde geschrieben.</translation>
+  </message>
+  <message>
+   <source>Goes on after the export.</source>
+   <translation>Geht nach dem Export weiter.</translation>
+  </message>
+  <message>
+   <source>%1 written: %2 files, %3.</source>
+   <translation>%1 geschrieben: %2 Dateien, %3.</translation>
+  </message>
+  <message>
+   <source>%1 written</source>
+   <translation>%1 geschrieben</translation>
+  </message>
+  <message>
+   <source>Folder for the exports</source>
+   <translation>Ordner für die Exporte</translation>
+  </message>
+  <message>
+   <source>about %1</source>
+   <translation>etwa %1</translation>
+  </message>
+  <message>
+   <source>Measure errors and sizes of %1 targets, %2; kept with the project</source>
+   <translation>Fehler und Größen von %1 Zielen messen, %2; bleibt im Projekt</translation>
+  </message>
+  <message>
+   <source>target is</source>
+   <translation>Ziel ist</translation>
+  </message>
+  <message>
+   <source>targets are</source>
+   <translation>Ziele sind</translation>
+  </message>
+  <message>
+   <source>%1 %2 not measured. Measuring takes %3.</source>
+   <translation>%1 %2 nicht gemessen. Messen dauert %3.</translation>
+  </message>
+  <message>
+   <source>Nothing is measured yet</source>
+   <translation>Noch nichts ist gemessen</translation>
+  </message>
+  <message>
+   <source>Choose the one that --to auto would write</source>
+   <translation>Das Ziel wählen, das --to auto schreiben würde</translation>
+  </message>
+  <message>
+   <source>Export %1 target%2</source>
+   <translation>%1 Ziel exportieren</translation>
+  </message>
+  <message>
+   <source>Write a folder with one folder for each target (Ctrl+Enter)</source>
+   <translation>Einen Ordner mit einem Unterordner je Ziel schreiben (Strg+Eingabe)</translation>
+  </message>
+  <message>
+   <source>An export is being written</source>
+   <translation>Ein Export wird geschrieben</translation>
+  </message>
+  <message>
+   <source>Choose at least one target</source>
+   <translation>Mindestens ein Ziel wählen</translation>
+  </message>
+  <message>
+   <source>Give the folder a name without slashes</source>
+   <translation>Dem Ordner einen Namen ohne Schrägstriche geben</translation>
+  </message>
+  <message>
+   <source>%1 cannot be written to; choose another folder</source>
+   <translation>%1 lässt sich nicht beschreiben; einen anderen Ordner wählen</translation>
+  </message>
+  <message>
+   <source>see the message.</source>
+   <translation>siehe Meldung.</translation>
+  </message>
+  <message>
+   <source>Shading map, all slices</source>
+   <translation>Schattierungskarte, alle Schichten</translation>
+  </message>
+  <message>
+   <source>needs lamps on an arc</source>
+   <translation>braucht Lampen auf einem Bogen</translation>
+  </message>
+  <message>
+   <source>Scale, exponent, map of errors, and the slices of kept tiles</source>
+   <translation>Maßstab, Exponent, Fehlerkarte und die Schichten behaltener Kacheln</translation>
+  </message>
+  <message>
+   <source>needs a shading map</source>
+   <translation>braucht eine Schattierungskarte</translation>
+  </message>
+  <message>
+   <source>Directional map, all planes</source>
+   <translation>Richtungskarte, alle Ebenen</translation>
+  </message>
+  <message>
+   <source>directional_plane00.png and so on, their numbers and weights</source>
+   <translation>directional_plane00.png usw., ihre Zahlen und Gewichte</translation>
+  </message>
+  <message>
+   <source>needs lamps all round</source>
+   <translation>braucht Lampen ringsum</translation>
+  </message>
+  <message>
+   <source>pbr_maps.exr, 32-bit floats with their uncertainty</source>
+   <translation>pbr_maps.exr, 32-Bit-Gleitkommazahlen mit ihrer Unsicherheit</translation>
+  </message>
+  <message>
+   <source>not made yet</source>
+   <translation>noch nicht erzeugt</translation>
+  </message>
+  <message>
+   <source>Shader</source>
+   <translation>Shader</translation>
+  </message>
+  <message>
+   <source>shader/lightarc.glsl; PBR maps have none</source>
+   <translation>shader/lightarc.glsl; PBR-Karten haben keinen</translation>
+  </message>
+  <message>
+   <source>Viewer for a browser</source>
+   <translation>Betrachter für einen Browser</translation>
+  </message>
+  <message>
+   <source>viewer/index.html, which shows the power law or planes under a light that can be dragged; PBR maps have none</source>
+   <translation>viewer/index.html, zeigt das Potenzgesetz oder die Ebenen unter beweglichem Licht; PBR-Karten haben keinen</translation>
+  </message>
+  <message>
+   <source>preview.png, as in the View workspace</source>
+   <translation>preview.png, wie im Arbeitsbereich Ansicht</translation>
+  </message>
+  <message>
+   <source>Manifest with provenance</source>
+   <translation>Manifest mit Herkunft</translation>
+  </message>
+  <message>
+   <source>Bundles (*.lightarc);;Folders (*)</source>
+   <translation>Pakete (*.lightarc);;Ordner (*)</translation>
+  </message>
+  <message>
+   <source>Settings were changed after this material was built. Rebuild it in Material before you export it.</source>
+   <translation>Einstellungen wurden geändert, nachdem dieses Material erzeugt wurde. Vor dem Export unter „Material“ neu erzeugen.</translation>
+  </message>
+  <message>
+   <source>Spatial variation (View) is kept in the project, not in bundles.</source>
+   <translation>Räumliche Variation (Ansicht) bleibt im Projekt, nicht in Paketen.</translation>
+  </message>
+  <message>
+   <source>Drawing the preview</source>
+   <translation>Vorschau wird gezeichnet</translation>
+  </message>
+  <message>
+   <source>Nothing to export yet</source>
+   <translation>Noch nichts zu exportieren</translation>
+  </message>
+  <message>
+   <source>A bundle holds the material with everything that another program needs to show it. Import photographs first; the material is built from them.</source>
+   <translation>Ein Paket enthält das Material mit allem, was ein anderes Programm braucht, um es zu zeigen. Zuerst Fotos importieren; daraus entsteht das Material.</translation>
+  </message>
+  <message>
+   <source>Bundle</source>
+   <translation>Paket</translation>
+  </message>
+  <message>
+   <source>The material itself, as one file that this program opens again</source>
+   <translation>Das Material selbst, als eine Datei, die dieses Programm wieder öffnet</translation>
+  </message>
+  <message>
+   <source>Other programs</source>
+   <translation>Andere Programme</translation>
+  </message>
+  <message>
+   <source>Textures, MaterialX, glTF, USD, shaders, RTI and more, and their losses</source>
+   <translation>Texturen, MaterialX, glTF, USD, Shader, RTI und mehr, mit ihren Verlusten</translation>
+  </message>
+  <message>
+   <source>Ends in .lightarc: one file. Otherwise a folder.</source>
+   <translation>Endet auf .lightarc: eine Datei. Sonst ein Ordner.</translation>
+  </message>
+  <message>
+   <source>Contents</source>
+   <translation>Inhalt</translation>
+  </message>
+  <message>
+   <source>Maps, before packing</source>
+   <translation>Karten, vor dem Packen</translation>
+  </message>
+  <message>
+   <source>Export bundle</source>
+   <translation>Paket exportieren</translation>
+  </message>
+  <message>
+   <source>Written, but not sound: </source>
+   <translation>Geschrieben, aber nicht einwandfrei: </translation>
+  </message>
+  <message>
+   <source>%1 written and verified: %2 members, %3.</source>
+   <translation>%1 geschrieben und geprüft: %2 Teile, %3.</translation>
+  </message>
+  <message>
+   <source>%1 written and verified</source>
+   <translation>%1 geschrieben und geprüft</translation>
+  </message>
+  <message>
+   <source>Parts of the bundle</source>
+   <translation>Teile des Pakets</translation>
+  </message>
+  <message>
+   <source>Folder for the bundle</source>
+   <translation>Ordner für das Paket</translation>
+  </message>
+  <message>
+   <source>This material has none: %1</source>
+   <translation>Dieses Material hat keine: %1</translation>
+  </message>
+  <message>
+   <source>Replace bundle</source>
+   <translation>Paket ersetzen</translation>
+  </message>
+  <message>
+   <source>Write the bundle and check it (Ctrl+Enter)</source>
+   <translation>Das Paket schreiben und prüfen (Strg+Eingabe)</translation>
+  </message>
+  <message>
+   <source>The bundle is being written</source>
+   <translation>Das Paket wird geschrieben</translation>
+  </message>
+  <message>
+   <source>Choose at least one form of the material</source>
+   <translation>Mindestens eine Form des Materials wählen</translation>
+  </message>
+  <message>
+   <source>Give the bundle a name without slashes</source>
+   <translation>Dem Paket einen Namen ohne Schrägstriche geben</translation>
+  </message>
+  <message>
+   <source>make them in Material</source>
+   <translation>unter „Material“ erzeugen</translation>
+  </message>
+  <message>
+   <source>of other texels</source>
+   <translation>anderer Texel</translation>
+  </message>
+  <message>
+   <source>out of date</source>
+   <translation>veraltet</translation>
+  </message>
+  <message>
+   <source> and kept tiles</source>
+   <translation> und behaltene Kacheln</translation>
+  </message>
+  <message>
+   <source>Power law, %1 bits%2</source>
+   <translation>Potenzgesetz, %1 Bit%2</translation>
+  </message>
+ </context>
+ <context>
+  <name>varying</name>
+  <message>
+   <source>Left to right (x)</source>
+   <translation>Links nach rechts (x)</translation>
+  </message>
+  <message>
+   <source>Bottom to top (y)</source>
+   <translation>Unten nach oben (y)</translation>
+  </message>
+  <message>
+   <source>Back to front (z)</source>
+   <translation>Hinten nach vorn (z)</translation>
+  </message>
+  <message>
+   <source>Images</source>
+   <translation>Bilder</translation>
+  </message>
+  <message>
+   <source>Open an image</source>
+   <translation>Bild öffnen</translation>
+  </message>
+  <message>
+   <source>Open a BRDF</source>
+   <translation>BRDF öffnen</translation>
+  </message>
+  <message>
+   <source>BRDFs (*)</source>
+   <translation>BRDFs (*)</translation>
+  </message>
+  <message>
+   <source>Mixed in</source>
+   <translation>Beigemischt</translation>
+  </message>
+  <message>
+   <source>The other BRDF; the one above has the rest of the weight</source>
+   <translation>Die andere BRDF; die obere hat den Rest des Gewichts</translation>
+  </message>
+  <message>
+   <source>Multiplies the radiance, at the texture coordinates of the model</source>
+   <translation>Multipliziert die Strahldichte, an den Texturkoordinaten des Modells</translation>
+  </message>
+  <message>
+   <source>Along</source>
+   <translation>Entlang</translation>
+  </message>
+  <message>
+   <source>Across the box about the model, or by an image at its coordinates</source>
+   <translation>Durch den Quader um das Modell oder nach einem Bild an seinen Koordinaten</translation>
+  </message>
+  <message>
+   <source>From</source>
+   <translation>Von</translation>
+  </message>
+  <message>
+   <source>To</source>
+   <translation>Bis</translation>
+  </message>
+  <message>
+   <source>Open a file…</source>
+   <translation>Datei öffnen…</translation>
+  </message>
+  <message>
+   <source>Another image…</source>
+   <translation>Anderes Bild…</translation>
+  </message>
+  <message>
+   <source>By an image…</source>
+   <translation>Nach einem Bild…</translation>
+  </message>
+  <message>
+   <source>Parameters that vary across the surface. Spherical harmonics and Gaussians vary parameters; wavelets mix BRDFs</source>
+   <translation>Parameter, die über die Oberfläche variieren. Kugelflächenfunktionen und Gauß-Funktionen variieren Parameter; Wavelets mischen BRDFs</translation>
+  </message>
+  <message>
+   <source>Spatial variation</source>
+   <translation>Räumliche Variation</translation>
+  </message>
+  <message>
+   <source>Add a spatially varying parameter</source>
+   <translation>Räumlich variierenden Parameter hinzufügen</translation>
+  </message>
+  <message>
+   <source>Let this vary no longer</source>
+   <translation>Nicht mehr variieren</translation>
+  </message>
+  <message>
+   <source>Varies</source>
+   <translation>Variiert</translation>
+  </message>
+  <message>
+   <source>Nothing</source>
+   <translation>Nichts</translation>
+  </message>
+  <message>
+   <source>No spatially varying parameter yet</source>
+   <translation>Noch kein räumlich variierender Parameter</translation>
+  </message>
+  <message>
+   <source>Mix in another BRDF</source>
+   <translation>Eine andere BRDF beimischen</translation>
+  </message>
+  <message>
+   <source>Colours of an image…</source>
+   <translation>Farben eines Bildes…</translation>
+  </message>
+  <message>
+   <source>Let a parameter vary</source>
+   <translation>Parameter variieren</translation>
+  </message>
+  <message>
+   <source>Mix in a BRDF</source>
+   <translation>BRDF beimischen</translation>
+  </message>
+  <message>
+   <source>Colours of an image</source>
+   <translation>Farben eines Bildes</translation>
+  </message>
+  <message>
+   <source>Change spatial variation</source>
+   <translation>Räumliche Variation ändern</translation>
+  </message>
+  <message>
+   <source>varying %1</source>
+   <translation>Variation: %1</translation>
+  </message>
+ </context>
+ <context>
+  <name>viewport</name>
+  <message>
+   <source>Rendering</source>
+   <translation>Bild wird berechnet</translation>
+  </message>
+  <message>
+   <source>Showing an image</source>
+   <translation>Bild wird gezeigt</translation>
+  </message>
+  <message>
+   <source>rendering on the CPU</source>
+   <translation>Bild wird auf der CPU berechnet</translation>
+  </message>
+  <message>
+   <source>showing an image</source>
+   <translation>Bild wird gezeigt</translation>
+  </message>
+  <message>
+   <source>OpenGL is not available</source>
+   <translation>OpenGL ist nicht verfügbar</translation>
+  </message>
+  <message>
+   <source>OpenGL is %1.%2, and 3.3 is needed</source>
+   <translation>OpenGL ist %1.%2; nötig ist 3.3</translation>
+  </message>
+  <message>
+   <source>OpenGL cannot be started</source>
+   <translation>OpenGL lässt sich nicht starten</translation>
+  </message>
+  <message>
+   <source>maps in place of others are never loaded</source>
+   <translation>maps in place of others are never loaded</translation>
+  </message>
+  <message>
+   <source>Front</source>
+   <translation>Vorn</translation>
+  </message>
+  <message>
+   <source>Back</source>
+   <translation>Hinten</translation>
+  </message>
+  <message>
+   <source>Top</source>
+   <translation>Oben</translation>
+  </message>
+  <message>
+   <source>Viewport</source>
+   <translation>Ansichtsfenster</translation>
+  </message>
+  <message>
+   <source>%1. Images are computed on the CPU, more slowly.</source>
+   <translation>%1. Bilder werden auf der CPU berechnet, langsamer.</translation>
+  </message>
+  <message>
+   <source>turn light</source>
+   <translation>Licht drehen</translation>
+  </message>
+  <message>
+   <source>turn environment</source>
+   <translation>Umgebung drehen</translation>
+  </message>
+  <message>
+   <source>drag light</source>
+   <translation>Licht ziehen</translation>
+  </message>
+ </context>
+ <context>
+  <name>widgets</name>
+  <message>
+   <source>angles θh, θd</source>
+   <translation>Winkel θh, θd</translation>
+  </message>
+  <message>
+   <source>angles θi, θo</source>
+   <translation>Winkel θi, θo</translation>
+  </message>
+  <message>
+   <source>angles θo, θi</source>
+   <translation>Winkel θo, θi</translation>
+  </message>
+  <message>
+   <source>angles θh, θm</source>
+   <translation>Winkel θh, θm</translation>
+  </message>
+  <message>
+   <source>angles θd, θm</source>
+   <translation>Winkel θd, θm</translation>
+  </message>
+  <message>
+   <source>cosines of</source>
+   <translation>Kosinus der</translation>
+  </message>
+  <message>
+   <source>sines of</source>
+   <translation>Sinus der</translation>
+  </message>
+  <message>
+   <source>squares of</source>
+   <translation>Quadrate der</translation>
+  </message>
+  <message>
+   <source>rotated angles</source>
+   <translation>gedrehte Winkel</translation>
+  </message>
+  <message>
+   <source>rotated sum</source>
+   <translation>gedrehte Summe</translation>
+  </message>
+  <message>
+   <source>mirrored sum</source>
+   <translation>gespiegelte Summe</translation>
+  </message>
+  <message>
+   <source>Highlight</source>
+   <translation>Glanzlicht</translation>
+  </message>
+  <message>
+   <source>Roughness α</source>
+   <translation>Rauheit α</translation>
+  </message>
+  <message>
+   <source>Roughness αx</source>
+   <translation>Rauheit αx</translation>
+  </message>
+  <message>
+   <source>Roughness αy</source>
+   <translation>Rauheit αy</translation>
+  </message>
+  <message>
+   <source>Slope angle σ</source>
+   <translation>Neigung σ</translation>
+  </message>
+  <message>
+   <source>Slope m</source>
+   <translation>Steigung m</translation>
+  </message>
+  <message>
+   <source>Exponent along</source>
+   <translation>Exponent längs</translation>
+  </message>
+  <message>
+   <source>Exponent across</source>
+   <translation>Exponent quer</translation>
+  </message>
+  <message>
+   <source>Along surface</source>
+   <translation>Längs Fläche</translation>
+  </message>
+  <message>
+   <source>Along normal</source>
+   <translation>Längs Normale</translation>
+  </message>
+  <message>
+   <source>Along surface %1</source>
+   <translation>Längs Fläche %1</translation>
+  </message>
+  <message>
+   <source>Along normal %1</source>
+   <translation>Längs Normale %1</translation>
+  </message>
+  <message>
+   <source>Exponent %1</source>
+   <translation>Exponent %1</translation>
+  </message>
+  <message>
+   <source>Diffuse roughness</source>
+   <translation>Diffuse Rauheit</translation>
+  </message>
+  <message>
+   <source>Metalness</source>
+   <translation>Metallanteil</translation>
+  </message>
+  <message>
+   <source>Specular IOR</source>
+   <translation>Brechzahl</translation>
+  </message>
+  <message>
+   <source>Coat IOR</source>
+   <translation>Lack-Brechzahl</translation>
+  </message>
+  <message>
+   <source>Film weight</source>
+   <translation>Filmanteil</translation>
+  </message>
+  <message>
+   <source>Film thickness</source>
+   <translation>Filmdicke</translation>
+  </message>
+  <message>
+   <source>Film IOR</source>
+   <translation>Film-Brechzahl</translation>
+  </message>
+  <message>
+   <source>Anisotropy</source>
+   <translation>Anisotropie</translation>
+  </message>
+  <message>
+   <source>Coat anisotropy</source>
+   <translation>Lack-Anisotropie</translation>
+  </message>
+  <message>
+   <source>Shadows</source>
+   <translation>Schatten</translation>
+  </message>
+  <message>
+   <source>Interreflection</source>
+   <translation>Wechselreflexion</translation>
+  </message>
+  <message>
+   <source>Gloss</source>
+   <translation>Glanz</translation>
+  </message>
+  <message>
+   <source>Sharp light</source>
+   <translation>Scharfes Licht</translation>
+  </message>
+  <message>
+   <source>Sun</source>
+   <translation>Sonne</translation>
+  </message>
+  <message>
+   <source>Mesostructure</source>
+   <translation>Mesostruktur</translation>
+  </message>
+  <message>
+   <source>Varying gloss</source>
+   <translation>Variabler Glanz</translation>
+  </message>
+  <message>
+   <source>Fresnel</source>
+   <translation>Fresnel</translation>
+  </message>
+  <message>
+   <source>Retro-reflection</source>
+   <translation>Rückstrahlung</translation>
+  </message>
+  <message>
+   <source>too long for a number</source>
+   <translation>zu lang für eine Zahl</translation>
+  </message>
+  <message>
+   <source>%1 is not a number</source>
+   <translation>%1 ist keine Zahl</translation>
+  </message>
+  <message>
+   <source>%1 is not a finite number</source>
+   <translation>%1 ist keine endliche Zahl</translation>
+  </message>
+  <message>
+   <source>not a number or a sum, product or quotient of numbers</source>
+   <translation>keine Zahl und keine Summe, kein Produkt oder Quotient von Zahlen</translation>
+  </message>
+  <message>
+   <source>Enter a number from %1 to %2, such as 2*3.</source>
+   <translation>Eine Zahl von %1 bis %2 eingeben, auch 2*3.</translation>
+  </message>
+  <message>
+   <source>Angle of the light above the horizon</source>
+   <translation>Winkel des Lichts über dem Horizont</translation>
+  </message>
+  <message>
+   <source>Elevation of the direction that the light faces; −90° is straight down</source>
+   <translation>Elevation der Richtung, in die das Licht zeigt; −90° ist senkrecht nach unten</translation>
+  </message>
+  <message>
+   <source>%1: colour</source>
+   <translation>%1: Farbe</translation>
+  </message>
+  <message>
+   <source>theta_d / ° by theta_h / °</source>
+   <translation>theta_d / ° by theta_h / °</translation>
+  </message>
+  <message>
+   <source>%1 files of plots written to %2</source>
+   <translation>%1 Dateien mit Diagrammen nach %2 geschrieben</translation>
+  </message>
+  <message>
+   <source>Elevation of the light / °</source>
+   <translation>Elevation des Lichts / °</translation>
+  </message>
+  <message>
+   <source>Mean radiance</source>
+   <translation>Mittlere Strahldichte</translation>
+  </message>
+  <message>
+   <source>Click a point to show its photograph, the triangle below it to exclude or include it</source>
+   <translation>Klick auf einen Punkt zeigt sein Foto, auf das Dreieck darunter schließt es aus oder ein</translation>
+  </message>
+  <message>
+   <source>r = BRDF × cosine</source>
+   <translation>r = BRDF × Kosinus</translation>
+  </message>
+  <message>
+   <source>Radiance of the texel</source>
+   <translation>Strahldichte des Texels</translation>
+  </message>
+  <message>
+   <source>Appears after import.</source>
+   <translation>Erscheint nach dem Import.</translation>
+  </message>
+  <message>
+   <source>Nothing needs attention.</source>
+   <translation>Alles in Ordnung.</translation>
+  </message>
+  <message>
+   <source>and %1 more in the log</source>
+   <translation>und %1 weitere im Protokoll</translation>
+  </message>
+  <message>
+   <source>Error of the compressed material against its slices</source>
+   <translation>Fehler des komprimierten Materials gegenüber seinen Schichten</translation>
+  </message>
+  <message>
+   <source>Health</source>
+   <translation>Zustand</translation>
+  </message>
+  <message>
+   <source>Health: note</source>
+   <translation>Zustand: Hinweis</translation>
+  </message>
+  <message>
+   <source>Health: check</source>
+   <translation>Zustand: prüfen</translation>
+  </message>
+  <message>
+   <source>Health: problem</source>
+   <translation>Zustand: Problem</translation>
+  </message>
+  <message>
+   <source>Cancel the running job</source>
+   <translation>Den laufenden Auftrag abbrechen</translation>
+  </message>
+  <message>
+   <source>error 10.00 % ± 0.01</source>
+   <translation>Fehler 10,00 % ± 0,01</translation>
+  </message>
+  <message>
+   <source>Time of the last frame in the viewport</source>
+   <translation>Zeit des letzten Bildes in der Ansicht</translation>
+  </message>
+  <message>
+   <source>1000.0 ms</source>
+   <translation>1000.0 ms</translation>
+  </message>
+  <message>
+   <source>Memory that this program holds</source>
+   <translation>Speicher, den dieses Programm belegt</translation>
+  </message>
+  <message>
+   <source>99.9 GB</source>
+   <translation>99.9 GB</translation>
+  </message>
+  <message>
+   <source>Nothing to report</source>
+   <translation>Keine Meldungen</translation>
+  </message>
+  <message>
+   <source>%1 ms</source>
+   <translation>%1 ms</translation>
+  </message>
+  <message>
+   <source>Progress of the running job</source>
+   <translation>Fortschritt des laufenden Auftrags</translation>
+  </message>
+  <message>
+   <source>%1: stopping…</source>
+   <translation>%1: wird beendet…</translation>
+  </message>
+  <message>
+   <source>waiting for %1</source>
+   <translation>wartet auf %1</translation>
+  </message>
+  <message>
+   <source>Double-click to enlarge</source>
+   <translation>Doppelklick vergrößert</translation>
+  </message>
+  <message>
+   <source>show all views</source>
+   <translation>alle Ansichten zeigen</translation>
+  </message>
+  <message>
+   <source>%1 (Esc)</source>
+   <translation>%1 (Esc)</translation>
+  </message>
+ </context>
+ <context>
+  <name>docks</name>
+  <message>
+   <source>Enter it as '8 ms and 100 MB' or '1 %'.</source>
+   <translation>Als „8 ms und 100 MB“ oder „1 %“ eingeben.</translation>
+  </message>
+  <message>
+   <source>1 min</source>
+   <translation>1 min</translation>
+  </message>
+  <message>
+   <source>2 min</source>
+   <translation>2 min</translation>
+  </message>
+  <message>
+   <source>5 min</source>
+   <translation>5 min</translation>
+  </message>
+  <message>
+   <source>15 min</source>
+   <translation>15 min</translation>
+  </message>
+  <message>
+   <source>Accuracy</source>
+   <translation>Genauigkeit</translation>
+  </message>
+  <message>
+   <source>Cost on the horizontal axis</source>
+   <translation>Kosten auf der waagrechten Achse</translation>
+  </message>
+  <message>
+   <source>1 % or 8 ms, 100 MB</source>
+   <translation>1 % oder 8 ms, 100 MB</translation>
+  </message>
+  <message>
+   <source>Budget</source>
+   <translation>Budget</translation>
+  </message>
+  <message>
+   <source>Largest error, time or memory: the best setting within it is named. Enter applies it, and measures before where nothing is measured yet</source>
+   <translation>Größter Fehler, größte Zeit oder größter Speicher: die beste Einstellung darin wird genannt. Die Eingabetaste übernimmt sie und misst vorher, wo noch nichts gemessen ist</translation>
+  </message>
+  <message>
+   <source>Modes to measure</source>
+   <translation>Zu messende Modi</translation>
+  </message>
+  <message>
+   <source>Time to measure for</source>
+   <translation>Zeit zum Messen</translation>
+  </message>
+  <message>
+   <source>Time limit; settings that do not fit into it are skipped</source>
+   <translation>Zeitgrenze; Einstellungen, die nicht hineinpassen, werden übersprungen</translation>
+  </message>
+  <message>
+   <source>Measure</source>
+   <translation>Messen</translation>
+  </message>
+  <message>
+   <source>Draw with all settings and compare with the reference, in the background</source>
+   <translation>Mit allen Einstellungen zeichnen und mit der Referenz vergleichen, im Hintergrund</translation>
+  </message>
+  <message>
+   <source>All modes</source>
+   <translation>Alle Modi</translation>
+  </message>
+  <message>
+   <source>Stop measuring</source>
+   <translation>Messung beenden</translation>
+  </message>
+  <message>
+   <source>There is no model yet</source>
+   <translation>Es gibt noch kein Modell</translation>
+  </message>
+  <message>
+   <source>1 was</source>
+   <translation>1 wurde</translation>
+  </message>
+  <message>
+   <source>%1 were</source>
+   <translation>%1 wurden</translation>
+  </message>
+  <message>
+   <source> %1 skipped: measure for longer.</source>
+   <translation> %1 übersprungen: länger messen.</translation>
+  </message>
+  <message>
+   <source>%1 in %2</source>
+   <translation>%1 in %2</translation>
+  </message>
+  <message>
+   <source>It is on screen.</source>
+   <translation>Sie ist auf dem Bildschirm.</translation>
+  </message>
+  <message>
+   <source>Enter applies it.</source>
+   <translation>Die Eingabetaste übernimmt sie.</translation>
+  </message>
+  <message>
+   <source> Spatial variation is not included.</source>
+   <translation> Räumliche Variation ist nicht enthalten.</translation>
+  </message>
+  <message>
+   <source> The best within the budget is applied then.</source>
+   <translation> Dann wird die beste innerhalb des Budgets übernommen.</translation>
+  </message>
+  <message>
+   <source>%1 setting%2 measured so far.%3</source>
+   <translation>%1 Einstellung bisher gemessen.%3</translation>
+  </message>
+  <message>
+   <source>Nothing measured yet. Enter measures and uses the best.</source>
+   <translation>Noch nichts gemessen. Die Eingabetaste misst und verwendet die beste.</translation>
+  </message>
+  <message>
+   <source>Nothing measured yet on this scene.</source>
+   <translation>An dieser Szene ist noch nichts gemessen.</translation>
+  </message>
+  <message>
+   <source>Measured on another scene: measure again.</source>
+   <translation>An einer anderen Szene gemessen: neu messen.</translation>
+  </message>
+  <message>
+   <source>%1 setting%2 at %3 × %4</source>
+   <translation>%1 Einstellung bei %3 × %4</translation>
+  </message>
+  <message>
+   <source>, %1 skipped</source>
+   <translation>, %1 übersprungen</translation>
+  </message>
+  <message>
+   <source>, %1 take none</source>
+   <translation>, %1 ohne Kosten</translation>
+  </message>
+  <message>
+   <source>%1. Click a point to use it.</source>
+   <translation>%1. Klick auf einen Punkt verwendet ihn.</translation>
+  </message>
+  <message>
+   <source>Measuring accuracy</source>
+   <translation>Genauigkeit wird gemessen</translation>
+  </message>
+  <message>
+   <source>Measure accuracy</source>
+   <translation>Genauigkeit messen</translation>
+  </message>
+  <message>
+   <source>%1 setting%2 measured</source>
+   <translation>%1 Einstellung gemessen</translation>
+  </message>
+  <message>
+   <source> &amp;nbsp; </source>
+   <translation> &amp;nbsp; </translation>
+  </message>
+  <message>
+   <source>Auto</source>
+   <translation>Auto</translation>
+  </message>
+  <message>
+   <source>On</source>
+   <translation>Ein</translation>
+  </message>
+  <message>
+   <source>Effects</source>
+   <translation>Effekte</translation>
+  </message>
+  <message>
+   <source>Effects that the scene needs</source>
+   <translation>Effekte, die die Szene braucht</translation>
+  </message>
+  <message>
+   <source>Budget of the plan</source>
+   <translation>Budget des Plans</translation>
+  </message>
+  <message>
+   <source>Largest error of an image, '1 %', or longest time of a frame, '8 ms'</source>
+   <translation>Größter Fehler eines Bildes, „1 %“, oder längste Zeit eines Bildes, „8 ms“</translation>
+  </message>
+  <message>
+   <source>Use this plan</source>
+   <translation>Diesen Plan verwenden</translation>
+  </message>
+  <message>
+   <source>Show the mode with the settings that the plan has chosen</source>
+   <translation>Den Modus mit den Einstellungen zeigen, die der Plan gewählt hat</translation>
+  </message>
+  <message>
+   <source>As planned, always on, or always off</source>
+   <translation>Wie geplant, immer an oder immer aus</translation>
+  </message>
+  <message>
+   <source>Of the previous scene. %1</source>
+   <translation>Zur vorigen Szene. %1</translation>
+  </message>
+  <message>
+   <source>There is no plan yet</source>
+   <translation>Es gibt noch keinen Plan</translation>
+  </message>
+  <message>
+   <source>Nothing keeps within the budget. Best for its cost is </source>
+   <translation>Nichts hält das Budget ein. Am besten für seine Kosten: </translation>
+  </message>
+  <message>
+   <source>about %1 and %2</source>
+   <translation>etwa %1 und %2</translation>
+  </message>
+  <message>
+   <source>From where it was planned, the error is %1 in 95 of 100 scenes that are predicted so.</source>
+   <translation>Am Ort der Planung ist der Fehler %1 in 95 von 100 Szenen mit dieser Vorhersage.</translation>
+  </message>
+  <message>
+   <source> The budget is met with a probability of %1.</source>
+   <translation> Das Budget wird mit einer Wahrscheinlichkeit von %1 eingehalten.</translation>
+  </message>
+  <message>
+   <source>The plan is what is shown</source>
+   <translation>Der Plan wird gezeigt</translation>
+  </message>
+  <message>
+   <source>%1 an image</source>
+   <translation>%1 je Bild</translation>
+  </message>
+  <message>
+   <source>%1 to bake</source>
+   <translation>%1 Vorberechnung</translation>
+  </message>
+  <message>
+   <source>%1 of memory</source>
+   <translation>%1 Speicher</translation>
+  </message>
+  <message>
+   <source>%1 keeps within it, but takes %2.</source>
+   <translation>%1 hält es ein, braucht aber %2.</translation>
+  </message>
+  <message>
+   <source>no loss</source>
+   <translation>kein Verlust</translation>
+  </message>
+  <message>
+   <source>%1, %2 without it</source>
+   <translation>%1, ohne %2</translation>
+  </message>
+  <message>
+   <source>%1, %2 for %3</source>
+   <translation>%1, %2 für %3</translation>
+  </message>
+  <message>
+   <source> (and %1 more)</source>
+   <translation> (und %1 weitere)</translation>
+  </message>
+  <message>
+   <source>%1: BRDF</source>
+   <translation>%1: BRDF</translation>
+  </message>
+  <message>
+   <source>Reading of files</source>
+   <translation>Lesen von Dateien</translation>
+  </message>
+  <message>
+   <source>Health of every result</source>
+   <translation>Zustand jedes Ergebnisses</translation>
+  </message>
+  <message>
+   <source>Self-test</source>
+   <translation>Selbsttest</translation>
+  </message>
+  <message>
+   <source>Run the hard numerical cases on this machine; less than a minute</source>
+   <translation>Die schwierigen numerischen Fälle auf diesem Rechner prüfen; weniger als eine Minute</translation>
+  </message>
+  <message>
+   <source>Baked %1</source>
+   <translation>Vorberechnet: %1</translation>
+  </message>
+  <message>
+   <source>Nothing has been opened or built yet.</source>
+   <translation>Noch nichts wurde geöffnet oder erzeugt.</translation>
+  </message>
+  <message>
+   <source>%1 results, %2 figures.</source>
+   <translation>%1 Ergebnisse, %2 Werte.</translation>
+  </message>
+  <message>
+   <source>The self-test was stopped.</source>
+   <translation>Der Selbsttest wurde beendet.</translation>
+  </message>
+  <message>
+   <source>%1 of %2 cases fail</source>
+   <translation>%1 von %2 Fällen schlagen fehl</translation>
+  </message>
+  <message>
+   <source>All %1 cases pass</source>
+   <translation>Alle %1 Fälle bestanden</translation>
+  </message>
+  <message>
+   <source>All %1 cases of the self-test pass.</source>
+   <translation>Alle %1 Fälle des Selbsttests bestanden.</translation>
+  </message>
+  <message>
+   <source>%1 of %2 cases of the self-test fail: %3.</source>
+   <translation>%1 von %2 Fällen des Selbsttests schlagen fehl: %3.</translation>
+  </message>
+  <message>
+   <source>Jobs</source>
+   <translation>Aufträge</translation>
+  </message>
+  <message>
+   <source>Job</source>
+   <translation>Auftrag</translation>
+  </message>
+  <message>
+   <source>Now</source>
+   <translation>Jetzt</translation>
+  </message>
+  <message>
+   <source>Running and finished tasks appear here.</source>
+   <translation>Laufende und beendete Aufträge erscheinen hier.</translation>
+  </message>
+  <message>
+   <source>Cancel: %1</source>
+   <translation>Abbrechen: %1</translation>
+  </message>
+  <message>
+   <source>Log</source>
+   <translation>Protokoll</translation>
+  </message>
+  <message>
+   <source>Nothing has been logged yet.</source>
+   <translation>Noch ist nichts protokolliert.</translation>
+  </message>
+  <message>
+   <source>Error against cost</source>
+   <translation>Fehler gegen Kosten</translation>
+  </message>
+  <message>
+   <source>Measured settings appear here</source>
+   <translation>Gemessene Einstellungen erscheinen hier</translation>
+  </message>
+  <message>
+   <source>%1
+Click to use it</source>
+   <translation>%1
+Klick verwendet sie</translation>
+  </message>
+ </context>
+ <context>
+  <name>window</name>
+  <message>
+   <source>Lightarc</source>
+   <translation>Lightarc</translation>
+  </message>
+  <message>
+   <source>keeps this project as it is and opens %1 in one of its own</source>
+   <translation>lässt dieses Projekt unverändert und öffnet %1 in einem eigenen</translation>
+  </message>
+  <message>
+   <source>opens %1 in place of what this project has; Undo brings that back</source>
+   <translation>öffnet %1 anstelle des Vorhandenen; „Rückgängig“ bringt es zurück</translation>
+  </message>
+  <message>
+   <source>This project has %1 already.</source>
+   <translation>Dieses Projekt enthält bereits %1.</translation>
+  </message>
+  <message>
+   <source>a material</source>
+   <translation>ein Material</translation>
+  </message>
+  <message>
+   <source>New project</source>
+   <translation>Neues Projekt</translation>
+  </message>
+  <message>
+   <source>Where does %1 belong?
+
+%2</source>
+   <translation>Wohin gehört %1?
+
+%2</translation>
+  </message>
+  <message>
+   <source>Use these angles</source>
+   <translation>Diese Winkel verwenden</translation>
+  </message>
+  <message>
+   <source>Double-click the angles in the list to enter the real ones, measure them on a mirror sphere, or put an .lp file or capture.toml into the folder of the photographs. If the angles in the list are right, use them.</source>
+   <translation>Die wahren Winkel per Doppelklick in der Liste eingeben, an einer Spiegelkugel messen oder eine .lp-Datei oder capture.toml in den Ordner der Fotos legen. Stimmen die Winkel in der Liste, können sie verwendet werden.</translation>
+  </message>
+  <message>
+   <source>Exclude it</source>
+   <translation>Ausschließen</translation>
+  </message>
+  <message>
+   <source>Enough photographs remain without it. Or bring a whole copy of it.</source>
+   <translation>Ohne dieses bleiben genug Fotos. Oder eine vollständige Kopie bereitstellen.</translation>
+  </message>
+  <message>
+   <source>Use it all the same</source>
+   <translation>Trotzdem verwenden</translation>
+  </message>
+  <message>
+   <source>Enough photographs remain without it. If it is as it should be, it can be used all the same.</source>
+   <translation>Ohne dieses bleiben genug Fotos. Ist es so gewollt, kann es trotzdem verwendet werden.</translation>
+  </message>
+  <message>
+   <source>Lightarc projects (*%1)</source>
+   <translation>Lightarc-Projekte (*%1)</translation>
+  </message>
+  <message>
+   <source>Open project</source>
+   <translation>Projekt öffnen</translation>
+  </message>
+  <message>
+   <source>A collected project holds its photographs and opens on any machine.</source>
+   <translation>Ein gesammeltes Projekt enthält seine Fotos und lässt sich auf jedem Rechner öffnen.</translation>
+  </message>
+  <message>
+   <source>Is it to hold the results as well, %1? They can be made again there, which takes its time.</source>
+   <translation>Soll es auch die Ergebnisse enthalten, %1? Sie lassen sich dort neu erzeugen, was Zeit braucht.</translation>
+  </message>
+  <message>
+   <source>%1 files</source>
+   <translation>%1 Dateien</translation>
+  </message>
+  <message>
+   <source>the file %1</source>
+   <translation>die Datei %1</translation>
+  </message>
+  <message>
+   <source>%1
+
+It will hold %2 from outside the project's folder. Look at the list first, if the project came from somebody else.</source>
+   <translation>%1
+
+Es wird %2 von außerhalb des Projektordners enthalten. Wenn das Projekt von jemand anderem stammt, zuerst die Liste ansehen.</translation>
+  </message>
+  <message>
+   <source>With results</source>
+   <translation>Mit Ergebnissen</translation>
+  </message>
+  <message>
+   <source>Without</source>
+   <translation>Ohne</translation>
+  </message>
+  <message>
+   <source>What is sound in it can be saved in a new project. The damaged one stays as it is.</source>
+   <translation>Was unbeschädigt ist, lässt sich in einem neuen Projekt speichern. Das beschädigte bleibt, wie es ist.</translation>
+  </message>
+  <message>
+   <source>Recover…</source>
+   <translation>Wiederherstellen…</translation>
+  </message>
+  <message>
+   <source>History</source>
+   <translation>Verlauf</translation>
+  </message>
+  <message>
+   <source>The beginning</source>
+   <translation>Der Anfang</translation>
+  </message>
+  <message>
+   <source>Steps of the history</source>
+   <translation>Schritte des Verlaufs</translation>
+  </message>
+  <message>
+   <source>Notes</source>
+   <translation>Notizen</translation>
+  </message>
+  <message>
+   <source>The sample, where it is from, who photographed it and when…</source>
+   <translation>Die Probe, ihre Herkunft, wer sie wann fotografiert hat …</translation>
+  </message>
+  <message>
+   <source>Libraries</source>
+   <translation>Bibliotheken</translation>
+  </message>
+  <message>
+   <source>PySide6 %1, Qt %2, numpy %3</source>
+   <translation>PySide6 %1, Qt %2, numpy %3</translation>
+  </message>
+  <message>
+   <source>the beginning</source>
+   <translation>der Anfang</translation>
+  </message>
+  <message>
+   <source>undone to</source>
+   <translation>zurück bis</translation>
+  </message>
+  <message>
+   <source>cannot be opened in a file manager</source>
+   <translation>lässt sich in keinem Dateimanager öffnen</translation>
+  </message>
+  <message>
+   <source>Open it by hand</source>
+   <translation>Von Hand öffnen</translation>
+  </message>
+  <message>
+   <source>Something went wrong</source>
+   <translation>Etwas ist schiefgegangen</translation>
+  </message>
+  <message>
+   <source>%1.
+Your work is still here. %2.</source>
+   <translation>%1.
+Ihre Arbeit ist noch da. %2.</translation>
+  </message>
+  <message>
+   <source>This is a fault in Lightarc, not in your files. Your work is still here; the log has the details.</source>
+   <translation>Das ist ein Fehler in Lightarc, nicht in Ihren Dateien. Ihre Arbeit ist noch da; Einzelheiten stehen im Protokoll.</translation>
+  </message>
+  <message>
+   <source>has a name that is not UTF-8</source>
+   <translation>hat einen Namen, der nicht UTF-8 ist</translation>
+  </message>
+  <message>
+   <source>Rename it, or drop it on the window</source>
+   <translation>Umbenennen oder auf das Fenster ziehen</translation>
+  </message>
+  <message>
+   <source>The saved project cannot be opened</source>
+   <translation>Das gespeicherte Projekt lässt sich nicht öffnen</translation>
+  </message>
+  <message>
+   <source>%1 is not cleaned up: it %2</source>
+   <translation>%1 wird nicht aufgeräumt: es %2</translation>
+  </message>
+  <message>
+   <source>cannot be written</source>
+   <translation>lässt sich nicht schreiben</translation>
+  </message>
+  <message>
+   <source>There is nothing to clean up in this project yet</source>
+   <translation>In diesem Projekt gibt es noch nichts aufzuräumen</translation>
+  </message>
+  <message>
+   <source>Leave</source>
+   <translation>Verlassen</translation>
+  </message>
+  <message>
+   <source>One project is open in a window, here %1. Open this one in another window</source>
+   <translation>Ein Fenster hat ein Projekt, hier %1. Dieses in einem anderen Fenster öffnen</translation>
+  </message>
+  <message>
+   <source>is a second project</source>
+   <translation>ist ein zweites Projekt</translation>
+  </message>
+  <message>
+   <source>Couldn't open "%1"</source>
+   <translation>„%1“ lässt sich nicht öffnen</translation>
+  </message>
+  <message>
+   <source>Couldn't open %1 of %2 files</source>
+   <translation>%1 von %2 Dateien lassen sich nicht öffnen</translation>
+  </message>
+  <message>
+   <source>Recover</source>
+   <translation>Wiederherstellen</translation>
+  </message>
+  <message>
+   <source>%1 recovered%2</source>
+   <translation>%1 wiederhergestellt%2</translation>
+  </message>
+  <message>
+   <source>Open</source>
+   <translation>Öffnen</translation>
+  </message>
+  <message>
+   <source>Folder of photographs</source>
+   <translation>Ordner mit Fotos</translation>
+  </message>
+  <message>
+   <source>Save as</source>
+   <translation>Speichern unter</translation>
+  </message>
+  <message>
+   <source>Collect</source>
+   <translation>Sammeln</translation>
+  </message>
+  <message>
+   <source>The project cannot be written</source>
+   <translation>Das Projekt lässt sich nicht schreiben</translation>
+  </message>
+  <message>
+   <source>Lightarc ended unexpectedly in the middle of this work: %1.</source>
+   <translation>Lightarc wurde mitten in dieser Arbeit unerwartet beendet: %1.</translation>
+  </message>
+  <message>
+   <source>%1 %2 is as you left it%3.</source>
+   <translation>%1: %2 ist so, wie Sie es verlassen haben%3.</translation>
+  </message>
+  <message>
+   <source>Lightarc ended unexpectedly.</source>
+   <translation>Lightarc wurde unerwartet beendet.</translation>
+  </message>
+  <message>
+   <source>Resume all</source>
+   <translation>Alle fortsetzen</translation>
+  </message>
+  <message>
+   <source>, after “%1”</source>
+   <translation>, nach „%1“</translation>
+  </message>
+  <message>
+   <source>Quit</source>
+   <translation>Beenden</translation>
+  </message>
+  <message>
+   <source>Lightarc quits when this has ended:</source>
+   <translation>Lightarc wird beendet, sobald dies fertig ist:</translation>
+  </message>
+  <message>
+   <source>This project closes when this has ended:</source>
+   <translation>Dieses Projekt wird geschlossen, sobald dies fertig ist:</translation>
+  </message>
+  <message>
+   <source>Still running</source>
+   <translation>Läuft noch</translation>
+  </message>
+  <message>
+   <source>%1 without saving</source>
+   <translation>%1 ohne zu speichern</translation>
+  </message>
+  <message>
+   <source>and %1 more</source>
+   <translation>und %1 weitere</translation>
+  </message>
+  <message>
+   <source>%1 and stop %2</source>
+   <translation>%1 und %2 abbrechen</translation>
+  </message>
+  <message>
+   <source>Saving…</source>
+   <translation>Wird gespeichert…</translation>
+  </message>
+  <message>
+   <source>Lightarc uses this number of CPUs from its next start on</source>
+   <translation>Lightarc verwendet diese Zahl von CPUs ab dem nächsten Start</translation>
+  </message>
+  <message>
+   <source>Lightarc uses this language from its next start on</source>
+   <translation>Lightarc verwendet diese Sprache ab dem nächsten Start</translation>
+  </message>
+  <message>
+   <source>Lightarc uses this graphics device from its next start on</source>
+   <translation>Lightarc verwendet dieses Grafikgerät ab dem nächsten Start</translation>
+  </message>
+  <message>
+   <source>The sphere</source>
+   <translation>Die Kugel</translation>
+  </message>
+  <message>
+   <source>The preview</source>
+   <translation>Die Vorschau</translation>
+  </message>
+  <message>
+   <source>Lightarc crashed the last time. A report says where; please send it to the developers.</source>
+   <translation>Lightarc ist beim letzten Mal abgestürzt. Ein Bericht nennt die Stelle; bitte an die Entwickler senden.</translation>
+  </message>
+  <message>
+   <source>Couldn't %1 "%2"</source>
+   <translation>Fehlgeschlagen: %1 „%2“</translation>
+  </message>
+  <message>
+   <source>%1 failed</source>
+   <translation>%1: fehlgeschlagen</translation>
+  </message>
+  <message>
+   <source>%1 cannot be drawn</source>
+   <translation>%1 lässt sich nicht zeichnen</translation>
+  </message>
+  <message>
+   <source>This step cannot be read now</source>
+   <translation>Dieser Schritt lässt sich jetzt nicht lesen</translation>
+  </message>
+  <message>
+   <source>The model cannot be drawn</source>
+   <translation>Das Modell lässt sich nicht zeichnen</translation>
+  </message>
+  <message>
+   <source>Show the report</source>
+   <translation>Bericht zeigen</translation>
+  </message>
+  <message>
+   <source>Crash reports are in %1</source>
+   <translation>Absturzberichte liegen in %1</translation>
+  </message>
+  <message>
+   <source>The crash reports cannot be shown</source>
+   <translation>Die Absturzberichte lassen sich nicht zeigen</translation>
+  </message>
+  <message>
+   <source>not saved</source>
+   <translation>nicht gespeichert</translation>
+  </message>
+  <message>
+   <source>%1 – Lightarc</source>
+   <translation>%1 – Lightarc</translation>
+  </message>
+  <message>
+   <source>Save elsewhere…</source>
+   <translation>Woanders speichern…</translation>
+  </message>
+  <message>
+   <source>%1 is not saved: %2. All changes stay in memory until they can be written.</source>
+   <translation>%1 ist nicht gespeichert: %2. Alle Änderungen bleiben im Speicher, bis sie sich schreiben lassen.</translation>
+  </message>
+  <message>
+   <source>%1 is saved. This window goes on in it when “%2” has ended.</source>
+   <translation>%1 ist gespeichert. Dieses Fenster wechselt dorthin, sobald „%2“ fertig ist.</translation>
+  </message>
+  <message>
+   <source>Stop that and go on now</source>
+   <translation>Abbrechen und jetzt wechseln</translation>
+  </message>
+  <message>
+   <source>%1 %2. Changes in this window are not kept in it.</source>
+   <translation>%1 %2. Änderungen in diesem Fenster werden darin nicht gespeichert.</translation>
+  </message>
+  <message>
+   <source>&amp;File</source>
+   <translation>&amp;Datei</translation>
+  </message>
+  <message>
+   <source>&amp;Edit</source>
+   <translation>&amp;Bearbeiten</translation>
+  </message>
+  <message>
+   <source>&amp;View</source>
+   <translation>&amp;Ansicht</translation>
+  </message>
+  <message>
+   <source>&amp;Help</source>
+   <translation>&amp;Hilfe</translation>
+  </message>
+  <message>
+   <source>Projects…</source>
+   <translation>Projekte…</translation>
+  </message>
+  <message>
+   <source>Open project…</source>
+   <translation>Projekt öffnen…</translation>
+  </message>
+  <message>
+   <source>Save</source>
+   <translation>Speichern</translation>
+  </message>
+  <message>
+   <source>Collect…</source>
+   <translation>Sammeln…</translation>
+  </message>
+  <message>
+   <source>Notes…</source>
+   <translation>Notizen…</translation>
+  </message>
+  <message>
+   <source>Close project</source>
+   <translation>Projekt schließen</translation>
+  </message>
+  <message>
+   <source>Close and clean up</source>
+   <translation>Schließen und aufräumen</translation>
+  </message>
+  <message>
+   <source>Remove what can be made again from the photographs; it is made again when the project is opened</source>
+   <translation>Entfernen, was sich aus den Fotos neu erzeugen lässt; es wird beim Öffnen des Projekts neu erzeugt</translation>
+  </message>
+  <message>
+   <source>Open files…</source>
+   <translation>Dateien öffnen…</translation>
+  </message>
+  <message>
+   <source>Open folder…</source>
+   <translation>Ordner öffnen…</translation>
+  </message>
+  <message>
+   <source>Open recent</source>
+   <translation>Zuletzt geöffnet</translation>
+  </message>
+  <message>
+   <source>Sample capture</source>
+   <translation>Beispielaufnahme</translation>
+  </message>
+  <message>
+   <source>Open a woven cloth, ready-made, in a project of its own</source>
+   <translation>Ein gewebtes Tuch öffnen, fertig vorbereitet, in einem eigenen Projekt</translation>
+  </message>
+  <message>
+   <source>Rebuild sample</source>
+   <translation>Beispiel neu erzeugen</translation>
+  </message>
+  <message>
+   <source>Simulate the photographs of a woven cloth at full size, import them and build the material</source>
+   <translation>Fotos eines gewebten Tuchs in voller Größe simulieren, importieren und das Material erzeugen</translation>
+  </message>
+  <message>
+   <source>Save image…</source>
+   <translation>Bild speichern…</translation>
+  </message>
+  <message>
+   <source>Save turntable…</source>
+   <translation>Drehung speichern…</translation>
+  </message>
+  <message>
+   <source>Export bundle…</source>
+   <translation>Paket exportieren…</translation>
+  </message>
+  <message>
+   <source>Undo</source>
+   <translation>Rückgängig</translation>
+  </message>
+  <message>
+   <source>Redo</source>
+   <translation>Wiederholen</translation>
+  </message>
+  <message>
+   <source>History…</source>
+   <translation>Verlauf…</translation>
+  </message>
+  <message>
+   <source>Preferences…</source>
+   <translation>Einstellungen…</translation>
+  </message>
+  <message>
+   <source>Dark theme</source>
+   <translation>Dunkles Design</translation>
+  </message>
+  <message>
+   <source>Light theme</source>
+   <translation>Helles Design</translation>
+  </message>
+  <message>
+   <source>Error of the image</source>
+   <translation>Fehler des Bildes</translation>
+  </message>
+  <message>
+   <source>Compare the image of the View workspace with a reference, while no other job runs</source>
+   <translation>Das Bild des Arbeitsbereichs Ansicht mit einer Referenz vergleichen, solange kein anderer Auftrag läuft</translation>
+  </message>
+  <message>
+   <source>Help for this panel</source>
+   <translation>Hilfe zu diesem Bereich</translation>
+  </message>
+  <message>
+   <source>Mouse and keyboard</source>
+   <translation>Maus und Tastatur</translation>
+  </message>
+  <message>
+   <source>Which mode when…</source>
+   <translation>Welcher Modus wann…</translation>
+  </message>
+  <message>
+   <source>Welcome tour</source>
+   <translation>Einführung</translation>
+  </message>
+  <message>
+   <source>Crash reports…</source>
+   <translation>Absturzberichte…</translation>
+  </message>
+  <message>
+   <source>About Lightarc</source>
+   <translation>Über Lightarc</translation>
+  </message>
+  <message>
+   <source>This project has no name yet. Save it to choose where it lives.</source>
+   <translation>Dieses Projekt hat noch keinen Namen. Beim Speichern wird sein Ort gewählt.</translation>
+  </message>
+  <message>
+   <source>Save as %1…</source>
+   <translation>%1 speichern unter…</translation>
+  </message>
+  <message>
+   <source>Later</source>
+   <translation>Später</translation>
+  </message>
+  <message>
+   <source>System default</source>
+   <translation>Wie das System</translation>
+  </message>
+  <message>
+   <source>Dark</source>
+   <translation>Dunkel</translation>
+  </message>
+  <message>
+   <source>Millimetres</source>
+   <translation>Millimeter</translation>
+  </message>
+  <message>
+   <source>Centimetres</source>
+   <translation>Zentimeter</translation>
+  </message>
+  <message>
+   <source>Inches</source>
+   <translation>Zoll</translation>
+  </message>
+  <message>
+   <source>Preferences</source>
+   <translation>Einstellungen</translation>
+  </message>
+  <message>
+   <source>Window</source>
+   <translation>Fenster</translation>
+  </message>
+  <message>
+   <source>Theme</source>
+   <translation>Design</translation>
+  </message>
+  <message>
+   <source>Language</source>
+   <translation>Sprache</translation>
+  </message>
+  <message>
+   <source>Language of the window, from the next start on</source>
+   <translation>Sprache des Fensters, ab dem nächsten Start</translation>
+  </message>
+  <message>
+   <source>Numbers</source>
+   <translation>Zahlen</translation>
+  </message>
+  <message>
+   <source>The decimal mark of figures and fields</source>
+   <translation>Das Dezimalzeichen von Werten und Feldern</translation>
+  </message>
+  <message>
+   <source>Of new projects; View &gt; Image has this one's</source>
+   <translation>Für neue Projekte; für dieses unter Ansicht &gt; Bild</translation>
+  </message>
+  <message>
+   <source>Lengths</source>
+   <translation>Längen</translation>
+  </message>
+  <message>
+   <source>Unit of the width of a sample</source>
+   <translation>Einheit der Breite einer Probe</translation>
+  </message>
+  <message>
+   <source>Machine</source>
+   <translation>Rechner</translation>
+  </message>
+  <message>
+   <source>Second graphics card</source>
+   <translation>Zweite Grafikkarte</translation>
+  </message>
+  <message>
+   <source>As the system chooses</source>
+   <translation>Wie das System wählt</translation>
+  </message>
+  <message>
+   <source>The CPU alone</source>
+   <translation>Nur die CPU</translation>
+  </message>
+  <message>
+   <source>; now %1</source>
+   <translation>; jetzt %1</translation>
+  </message>
+  <message>
+   <source>What draws the images, from the next start on%1</source>
+   <translation>Was die Bilder zeichnet, ab dem nächsten Start%1</translation>
+  </message>
+  <message>
+   <source>Graphics</source>
+   <translation>Grafik</translation>
+  </message>
+  <message>
+   <source>CPUs that the program uses, from its next start on</source>
+   <translation>CPUs, die das Programm verwendet, ab dem nächsten Start</translation>
+  </message>
+  <message>
+   <source>CPUs</source>
+   <translation>CPUs</translation>
+  </message>
+  <message>
+   <source>All %1</source>
+   <translation>Alle %1</translation>
+  </message>
+  <message>
+   <source>%1 GB</source>
+   <translation>%1 GB</translation>
+  </message>
+  <message>
+   <source>50 % of free memory</source>
+   <translation>50 % des freien Speichers</translation>
+  </message>
+  <message>
+   <source>The most that a setting may take which a plan chooses</source>
+   <translation>Höchstwert für eine Einstellung, die ein Plan wählt</translation>
+  </message>
+  <message>
+   <source>Memory</source>
+   <translation>Speicher</translation>
+  </message>
+  <message>
+   <source>Cache</source>
+   <translation>Cache</translation>
+  </message>
+  <message>
+   <source>Clear</source>
+   <translation>Leeren</translation>
+  </message>
+  <message>
+   <source>Working copies of results, costs measured on this machine and the ready-made sample. All are made again when needed; results whose photographs are gone stay</source>
+   <translation>Arbeitskopien von Ergebnissen, auf diesem Rechner gemessene Kosten und das vorbereitete Beispiel. Alles wird bei Bedarf neu erzeugt; Ergebnisse ohne ihre Fotos bleiben</translation>
+  </message>
+  <message>
+   <source>The most that working copies of results take; automatic is 10 GB, or half of what the disk has left</source>
+   <translation>Höchstwert für Arbeitskopien von Ergebnissen; automatisch sind 10 GB oder die Hälfte des freien Platzes</translation>
+  </message>
+  <message>
+   <source>Limit</source>
+   <translation>Grenze</translation>
+  </message>
+  <message>
+   <source>Keeping the cache within its limit</source>
+   <translation>Cache wird innerhalb seiner Grenze gehalten</translation>
+  </message>
+  <message>
+   <source>Measuring the cache</source>
+   <translation>Cache wird gemessen</translation>
+  </message>
+  <message>
+   <source>It is empty</source>
+   <translation>Er ist leer</translation>
+  </message>
+  <message>
+   <source>It is being emptied</source>
+   <translation>Er wird geleert</translation>
+  </message>
+  <message>
+   <source>Emptying the cache</source>
+   <translation>Cache wird geleert</translation>
+  </message>
+  <message>
+   <source>Opening the project</source>
+   <translation>Projekt wird geöffnet</translation>
+  </message>
+  <message>
+   <source>%1 is open. %2</source>
+   <translation>%1 ist geöffnet. %2</translation>
+  </message>
+  <message>
+   <source>Not saved: %1</source>
+   <translation>Nicht gespeichert: %1</translation>
+  </message>
+  <message>
+   <source>Saving as %1</source>
+   <translation>Wird gespeichert als %1</translation>
+  </message>
+  <message>
+   <source>Saved as %1 %2</source>
+   <translation>Gespeichert als %1 %2</translation>
+  </message>
+  <message>
+   <source>does not hold the latest changes</source>
+   <translation>enthält die letzten Änderungen nicht</translation>
+  </message>
+  <message>
+   <source>Save the project elsewhere first</source>
+   <translation>Das Projekt zuerst woanders speichern</translation>
+  </message>
+  <message>
+   <source>Collecting %1</source>
+   <translation>%1 wird gesammelt</translation>
+  </message>
+  <message>
+   <source>%1 holds the project and all that it needs</source>
+   <translation>%1 enthält das Projekt und alles, was es braucht</translation>
+  </message>
+  <message>
+   <source>Recovering %1</source>
+   <translation>%1 wird wiederhergestellt</translation>
+  </message>
+  <message>
+   <source>; and %1 more</source>
+   <translation>; und %1 weitere</translation>
+  </message>
+  <message>
+   <source>%1 holds what was sound. Lost: %2</source>
+   <translation>%1 enthält, was unbeschädigt war. Verloren: %2</translation>
+  </message>
+  <message>
+   <source>%1 is whole</source>
+   <translation>%1 ist vollständig</translation>
+  </message>
+  <message>
+   <source>%1 had been removed, and was written again</source>
+   <translation>%1 war entfernt worden und wurde neu geschrieben</translation>
+  </message>
+  <message>
+   <source>Saved %1</source>
+   <translation>%1 gespeichert</translation>
+  </message>
+  <message>
+   <source>opening %1</source>
+   <translation>%1 wird geöffnet</translation>
+  </message>
+  <message>
+   <source>What was made from the sources is gone, and can be made again</source>
+   <translation>Was aus den Quellen erzeugt wurde, fehlt und lässt sich neu erzeugen</translation>
+  </message>
+  <message>
+   <source>writing the project that was open</source>
+   <translation>das geöffnete Projekt wird geschrieben</translation>
+  </message>
+  <message>
+   <source>writing the latest changes</source>
+   <translation>die letzten Änderungen werden geschrieben</translation>
+  </message>
+  <message>
+   <source>cannot be written now</source>
+   <translation>lässt sich jetzt nicht schreiben</translation>
+  </message>
+  <message>
+   <source>Check the disk that it lies on</source>
+   <translation>Den Datenträger prüfen, auf dem es liegt</translation>
+  </message>
+  <message>
+   <source>is open in another window</source>
+   <translation>ist in einem anderen Fenster geöffnet</translation>
+  </message>
+  <message>
+   <source>%1 (missing)</source>
+   <translation>%1 (fehlt)</translation>
+  </message>
+  <message>
+   <source>Nothing yet</source>
+   <translation>Noch nichts</translation>
+  </message>
+  <message>
+   <source>Making a small image</source>
+   <translation>Kleines Bild wird erzeugt</translation>
+  </message>
+  <message>
+   <source>Rebuilding the material</source>
+   <translation>Material wird neu erzeugt</translation>
+  </message>
+  <message>
+   <source>Reading the photographs again</source>
+   <translation>Fotos werden neu gelesen</translation>
+  </message>
+  <message>
+   <source>Rebuilding surface maps</source>
+   <translation>Oberflächenkarten werden neu erzeugt</translation>
+  </message>
+  <message>
+   <source>looking for the photographs</source>
+   <translation>Fotos werden gesucht</translation>
+  </message>
+  <message>
+   <source>BRDF or material</source>
+   <translation>BRDF oder Material</translation>
+  </message>
+  <message>
+   <source>Model and environment</source>
+   <translation>Modell und Umgebung</translation>
+  </message>
+  <message>
+   <source>%1 (Ctrl+%2)</source>
+   <translation>%1 (Strg+%2)</translation>
+  </message>
+  <message>
+   <source>Looking for the photographs</source>
+   <translation>Fotos werden gesucht</translation>
+  </message>
+  <message>
+   <source>Looking at the images</source>
+   <translation>Bilder werden untersucht</translation>
+  </message>
+  <message>
+   <source>%1 missing%2.</source>
+   <translation>%1 fehlt%2.</translation>
+  </message>
+  <message>
+   <source>Find…</source>
+   <translation>Suchen…</translation>
+  </message>
+  <message>
+   <source>%1. Nothing was made again.</source>
+   <translation>%1. Nichts wurde neu erzeugt.</translation>
+  </message>
+  <message>
+   <source>Folder that the photographs moved to</source>
+   <translation>Ordner, in dem die Fotos jetzt liegen</translation>
+  </message>
+  <message>
+   <source>Finding the photographs</source>
+   <translation>Fotos werden gesucht</translation>
+  </message>
+  <message>
+   <source>%1 of %2 photographs found</source>
+   <translation>%1 von %2 Fotos gefunden</translation>
+  </message>
+  <message>
+   <source>All photographs found</source>
+   <translation>Alle Fotos gefunden</translation>
+  </message>
+  <message>
+   <source>. What was made of %1 is here</source>
+   <translation>. Was aus %1 erzeugt wurde, ist da</translation>
+  </message>
+  <message>
+   <source>. The material made of %1 is here</source>
+   <translation>. Das aus %1 erzeugte Material ist da</translation>
+  </message>
+  <message>
+   <source>, and what was made of %1 as well</source>
+   <translation>, und was aus %1 erzeugt wurde, ebenfalls</translation>
+  </message>
+  <message>
+   <source>looking through the folder</source>
+   <translation>Ordner wird durchsucht</translation>
+  </message>
+  <message>
+   <source>This project is read-only; save it under another name first</source>
+   <translation>Dieses Projekt ist schreibgeschützt; zuerst unter einem anderen Namen speichern</translation>
+  </message>
+ </context>
+ <context>
+  <name>start</name>
+  <message>
+   <source>Woven cloth</source>
+   <translation>Gewebtes Tuch</translation>
+  </message>
+  <message>
+   <source>Ten photographs under a light arc</source>
+   <translation>Zehn Fotos unter einem Lichtbogen</translation>
+  </message>
+  <message>
+   <source>Bronze medal</source>
+   <translation>Bronzemedaille</translation>
+  </message>
+  <message>
+   <source>Forty photographs in a light dome</source>
+   <translation>Vierzig Fotos in einer Lichtkuppel</translation>
+  </message>
+  <message>
+   <source>Measured satin</source>
+   <translation>Gemessener Satin</translation>
+  </message>
+  <message>
+   <source>A measured BRDF, factored into textures</source>
+   <translation>Eine gemessene BRDF, in Texturen faktorisiert</translation>
+  </message>
+  <message>
+   <source>A material or an object under a moving light</source>
+   <translation>Ein Material oder Objekt unter bewegtem Licht</translation>
+  </message>
+  <message>
+   <source>Measured BRDFs, PBR textures, MaterialX, a bundle</source>
+   <translation>Gemessene BRDFs, PBR-Texturen, MaterialX, ein Paket</translation>
+  </message>
+  <message>
+   <source>A mesh and an HDR environment that lights it</source>
+   <translation>Ein Netz und eine HDR-Umgebung, die es beleuchtet</translation>
+  </message>
+  <message>
+   <source>reading the list of projects</source>
+   <translation>Liste der Projekte wird gelesen</translation>
+  </message>
+  <message>
+   <source>reading thumbnails</source>
+   <translation>Vorschaubilder werden gelesen</translation>
+  </message>
+  <message>
+   <source>Start page</source>
+   <translation>Startseite</translation>
+  </message>
+  <message>
+   <source>Examples</source>
+   <translation>Beispiele</translation>
+  </message>
+  <message>
+   <source>Start with</source>
+   <translation>Beginnen mit</translation>
+  </message>
+  <message>
+   <source>Search projects</source>
+   <translation>Projekte suchen</translation>
+  </message>
+  <message>
+   <source>Projects</source>
+   <translation>Projekte</translation>
+  </message>
+  <message>
+   <source>Rename…</source>
+   <translation>Umbenennen…</translation>
+  </message>
+  <message>
+   <source>Give the project another name in its folder (F2)</source>
+   <translation>Dem Projekt in seinem Ordner einen anderen Namen geben (F2)</translation>
+  </message>
+  <message>
+   <source>Show in folder</source>
+   <translation>Im Ordner zeigen</translation>
+  </message>
+  <message>
+   <source>Open the folder of the project file</source>
+   <translation>Den Ordner der Projektdatei öffnen</translation>
+  </message>
+  <message>
+   <source>Clean up</source>
+   <translation>Aufräumen</translation>
+  </message>
+  <message>
+   <source>Remove what can be made again; a project that is open here is closed</source>
+   <translation>Entfernen, was sich neu erzeugen lässt; ein hier geöffnetes Projekt wird geschlossen</translation>
+  </message>
+  <message>
+   <source>Move to trash</source>
+   <translation>In den Papierkorb</translation>
+  </message>
+  <message>
+   <source>Move the project and its data to the trash of the system (Delete)</source>
+   <translation>Das Projekt und seine Daten in den Papierkorb des Systems legen (Entf)</translation>
+  </message>
+  <message>
+   <source>No project fits this search.</source>
+   <translation>Kein Projekt passt zu dieser Suche.</translation>
+  </message>
+  <message>
+   <source>Reading the list of projects</source>
+   <translation>Liste der Projekte wird gelesen</translation>
+  </message>
+  <message>
+   <source>%1 project%2</source>
+   <translation>%1 Projekt</translation>
+  </message>
+  <message>
+   <source>Choose a project first</source>
+   <translation>Zuerst ein Projekt wählen</translation>
+  </message>
+  <message>
+   <source>This project is open in this window</source>
+   <translation>Dieses Projekt ist in diesem Fenster geöffnet</translation>
+  </message>
+  <message>
+   <source>This project is open in another window</source>
+   <translation>Dieses Projekt ist in einem anderen Fenster geöffnet</translation>
+  </message>
+  <message>
+   <source>Rename project</source>
+   <translation>Projekt umbenennen</translation>
+  </message>
+  <message>
+   <source>Name of the project</source>
+   <translation>Name des Projekts</translation>
+  </message>
+  <message>
+   <source>Renaming %1</source>
+   <translation>%1 wird umbenannt</translation>
+  </message>
+  <message>
+   <source>The project is %1</source>
+   <translation>Das Projekt heißt %1</translation>
+  </message>
+  <message>
+   <source>Moving %1 to the trash</source>
+   <translation>%1 kommt in den Papierkorb</translation>
+  </message>
+  <message>
+   <source>%1 is in the trash of the system</source>
+   <translation>%1 ist im Papierkorb des Systems</translation>
+  </message>
+  <message>
+   <source>Cleaning up %1</source>
+   <translation>%1 wird aufgeräumt</translation>
+  </message>
+  <message>
+   <source>%1: %2 freed</source>
+   <translation>%1: %2 freigegeben</translation>
+  </message>
+  <message>
+   <source>Opening…</source>
+   <translation>Wird geöffnet…</translation>
+  </message>
+  <message>
+   <source>Not saved under a name yet</source>
+   <translation>Noch ohne Namen</translation>
+  </message>
+  <message>
+   <source>%1 · open in another window</source>
+   <translation>%1 · in einem anderen Fenster geöffnet</translation>
+  </message>
+  <message>
+   <source>Today</source>
+   <translation>Heute</translation>
+  </message>
+  <message>
+   <source>Yesterday</source>
+   <translation>Gestern</translation>
+  </message>
+ </context>
+ <context>
+  <name>help</name>
+  <message>
+   <source>Mouse in the viewport
+Left-drag	rotate the model
+Middle-drag	move
+Wheel	zoom
+Ctrl+left-drag	move the light, rotate the environment
+F	frame the model, fit the image
+H, W, G	baked light: SH, wavelet, Gaussian
+Ctrl+Enter	bake, or stop baking
+M, D, R	shading map, direct light, reference
+Tab	swap the two modes while both are shown
+Ctrl+P	save an image (Ctrl+Shift+P: a turntable)
+B, E	both modes separated by a line, their difference
+
+Photographs and materials
+Ctrl+Enter	import again with changed settings, build the material, make surface maps
+
+Images
+Wheel	zoom under the pointer
+1	100 %
+Left, Right	previous, next photograph
+X, Space	leave the selected photographs out, or use them again
+Ctrl+A, Shift+Up	select all, select several
+Z	loupe at 100 % (drag it or press arrow keys; the wheel, + and - magnify)
+M	mark clipped texels
+Arrow keys	move the chosen point or reflection (Ctrl: finer, Shift: farther)
+Ins, Del	add, delete a point; Esc leaves
+
+BRDFs
+Enter	add the chosen BRDF of the library
+Space, Del	show or hide, remove an entry of the list
+Ctrl+left-drag	move the light of the lobes
+L	logarithmic or linear
+Ctrl+F, Esc	search the library, show all views
+
+Factors
+Ctrl+Enter	begin a run
+Click a point	preview and export that number of terms
+Space, Del	pause or go on with, remove a run of the list
+Left, Right	fewer, more terms while on the textures
+
+Export
+Ctrl+Enter	write the bundle, or the chosen targets
+
+Numbers
+Drag a field	change it
+Type	a number, a unit, or 2*3.5
+Enter, Esc	take what is typed, or the value from before, and return to the work area
+Ctrl+click	reset</source>
+   <translation>Maus im Ansichtsfenster
+Links ziehen	Modell drehen
+Mitte ziehen	verschieben
+Mausrad	zoomen
+Strg+links ziehen	Licht bewegen, Umgebung drehen
+F	Modell oder Bild einpassen
+H, W, G	vorberechnetes Licht: SH, Wavelet, Gauß
+Strg+Eingabe	vorberechnen oder die Vorberechnung beenden
+M, D, R	Schattierungskarte, direktes Licht, Referenz
+Tab	die beiden Modi vertauschen, solange beide gezeigt werden
+Strg+P	Bild speichern (Strg+Umschalt+P: Drehung)
+B, E	beide Modi mit Trennlinie, ihr Unterschied
+
+Fotos und Materialien
+Strg+Eingabe	mit geänderten Einstellungen neu importieren, Material erzeugen, Oberflächenkarten erzeugen
+
+Bilder
+Mausrad	unter dem Zeiger zoomen
+1	100 %
+Links, Rechts	vorheriges, nächstes Foto
+X, Leertaste	ausgewählte Fotos ausschließen oder wieder verwenden
+Strg+A, Umschalt+Auf	alle, mehrere auswählen
+Z	Lupe bei 100 % (ziehen oder Pfeiltasten; Mausrad, + und - vergrößern)
+M	übersteuerte Texel markieren
+Pfeiltasten	gewählten Punkt oder Spiegelbild bewegen (Strg: feiner, Umschalt: weiter)
+Einfg, Entf	Punkt hinzufügen, löschen; Esc verlässt die Ansicht
+
+BRDFs
+Eingabe	gewählte BRDF der Bibliothek hinzufügen
+Leertaste, Entf	Eintrag der Liste zeigen oder verbergen, entfernen
+Strg+links ziehen	Licht der Keulen bewegen
+L	logarithmisch oder linear
+Strg+F, Esc	Bibliothek durchsuchen, alle Ansichten zeigen
+
+Faktoren
+Strg+Eingabe	Lauf beginnen
+Punkt anklicken	diese Zahl von Termen zeigen und exportieren
+Leertaste, Entf	Lauf der Liste anhalten oder fortsetzen, entfernen
+Links, Rechts	weniger, mehr Terme, solange die Texturen den Fokus haben
+
+Export
+Strg+Eingabe	Paket oder gewählte Ziele schreiben
+
+Zahlen
+Feld ziehen	ändern
+Tippen	Zahl, Einheit oder 2*3,5
+Eingabe, Esc	Eingabe oder vorigen Wert übernehmen und zur Arbeitsfläche zurückkehren
+Strg+Klick	zurücksetzen</translation>
+  </message>
+  <message>
+   <source>Lightarc %1</source>
+   <translation>Lightarc %1</translation>
+  </message>
+  <message>
+   <source>Ten photographs of a material under a moving lamp become a material.
+MIT licence.</source>
+   <translation>Zehn Fotos eines Materials unter einer bewegten Lampe werden zu einem Material.
+MIT-Lizenz.</translation>
+  </message>
+  <message>
+   <source>Third-party licences</source>
+   <translation>Lizenzen Dritter</translation>
+  </message>
+  <message>
+   <source>Manual</source>
+   <translation>Handbuch</translation>
+  </message>
+  <message>
+   <source>Previous page</source>
+   <translation>Vorige Seite</translation>
+  </message>
+  <message>
+   <source>Frame</source>
+   <translation>Bild</translation>
+  </message>
+  <message>
+   <source>Which mode when</source>
+   <translation>Welcher Modus wann</translation>
+  </message>
+  <message>
+   <source>Modes</source>
+   <translation>Modi</translation>
+  </message>
+  <message>
+   <source>Measure all modes</source>
+   <translation>Alle Modi messen</translation>
+  </message>
+  <message>
+   <source>Draw with every mode and compare with the reference</source>
+   <translation>Mit jedem Modus zeichnen und mit der Referenz vergleichen</translation>
+  </message>
+  <message>
+   <source>Use this mode</source>
+   <translation>Diesen Modus verwenden</translation>
+  </message>
+  <message>
+   <source>Measured on %1: of each mode the setting with the least error.</source>
+   <translation>Gemessen an %1: von jedem Modus die Einstellung mit dem kleinsten Fehler.</translation>
+  </message>
+  <message>
+   <source>Nothing was measured on this scene yet.</source>
+   <translation>An dieser Szene wurde noch nichts gemessen.</translation>
+  </message>
+  <message>
+   <source>Next</source>
+   <translation>Weiter</translation>
+  </message>
+  <message>
+   <source>End</source>
+   <translation>Ende</translation>
+  </message>
+  <message>
+   <source>The material on a model</source>
+   <translation>Das Material auf einem Modell</translation>
+  </message>
+  <message>
+   <source>Drag rotates, the wheel zooms, Ctrl+drag moves the light. Try it now: the tour waits.</source>
+   <translation>Ziehen dreht, das Mausrad zoomt, Strg+Ziehen bewegt das Licht. Jetzt ausprobieren: die Einführung wartet.</translation>
+  </message>
+  <message>
+   <source>Built-in models, or a mesh of your own: File &gt; Open files.</source>
+   <translation>Eingebaute Modelle oder ein eigenes Netz: Datei &gt; Dateien öffnen.</translation>
+  </message>
+  <message>
+   <source>Direction and strength of the light, more lights, or an HDR.</source>
+   <translation>Richtung und Stärke des Lichts, weitere Lichter oder ein HDR.</translation>
+  </message>
+  <message>
+   <source>Each mode trades accuracy for time. Help &gt; Which mode when shows what was measured on your machine.</source>
+   <translation>Jeder Modus tauscht Genauigkeit gegen Zeit. Hilfe &gt; Welcher Modus wann zeigt, was auf Ihrem Rechner gemessen wurde.</translation>
+  </message>
+  <message>
+   <source>The error is always stated</source>
+   <translation>Der Fehler wird immer genannt</translation>
+  </message>
+  <message>
+   <source>What is on screen is compared with a reference in the background; its error is shown here.</source>
+   <translation>Das Bild wird im Hintergrund mit einer Referenz verglichen; sein Fehler steht hier.</translation>
+  </message>
+  <message>
+   <source>Hand it on</source>
+   <translation>Weitergeben</translation>
+  </message>
+  <message>
+   <source>Capture to Export follow the work. Export writes the material for other programs. F1 explains each panel.</source>
+   <translation>Aufnahme bis Export folgen der Arbeit. Export schreibt das Material für andere Programme. F1 erklärt jeden Bereich.</translation>
+  </message>
+ </context>
+ <context>
+  <name>document</name>
+  <message>
+   <source>at most %1 BRDFs are compared</source>
+   <translation>höchstens %1 BRDFs werden verglichen</translation>
+  </message>
+  <message>
+   <source>Strength of the light.</source>
+   <translation>Stärke des Lichts.</translation>
+  </message>
+  <message>
+   <source>Strength of the environment.</source>
+   <translation>Stärke der Umgebung.</translation>
+  </message>
+  <message>
+   <source>Brightness of the image.</source>
+   <translation>Helligkeit des Bildes.</translation>
+  </message>
+  <message>
+   <source>Albedo of the ground.</source>
+   <translation>Albedo des Bodens.</translation>
+  </message>
+  <message>
+   <source>Untitled</source>
+   <translation>Ohne Namen</translation>
+  </message>
+  <message>
+   <source>Models: symmetric or singular values. Measurements: these or a search, by the error in held-out regions</source>
+   <translation>Modelle: symmetrisch oder Singulärwerte. Messungen: diese oder eine Suche, nach dem Fehler in zurückgehaltenen Bereichen</translation>
+  </message>
+  <message>
+   <source>Eigenvectors: light and view maps are the same up to their sign (Wang, Tran and Luebke 2004)</source>
+   <translation>Eigenvektoren: Licht- und Blickkarten sind bis auf ihr Vorzeichen gleich (Wang, Tran und Luebke 2004)</translation>
+  </message>
+  <message>
+   <source>Singular vectors, for any BRDF</source>
+   <translation>Singulärvektoren, für jede BRDF</translation>
+  </message>
+  <message>
+   <source>The same by block power iteration, as published</source>
+   <translation>Dasselbe durch Block-Potenzmethode, wie veröffentlicht</translation>
+  </message>
+  <message>
+   <source>Sums without a negative term, which are never black and nearer to dark values (Lee and Seung 1999)</source>
+   <translation>Summen ohne negativen Term, nie schwarz und näher an dunklen Werten (Lee und Seung 1999)</translation>
+  </message>
+  <message>
+   <source>A product of two positive textures (Kautz and McCool 1999)</source>
+   <translation>Ein Produkt zweier positiver Texturen (Kautz und McCool 1999)</translation>
+  </message>
+  <message>
+   <source>Textures of light, half vector and view, solved together (McCool, Ang and Ahmad 2001)</source>
+   <translation>Texturen von Licht, Halbvektor und Blick, gemeinsam gelöst (McCool, Ang und Ahmad 2001)</translation>
+  </message>
+  <message>
+   <source>Textures of the best projections for this BRDF (Cole 2002)</source>
+   <translation>Texturen der besten Projektionen für diese BRDF (Cole 2002)</translation>
+  </message>
+  <message>
+   <source>RMS, cosine-weighted</source>
+   <translation>RMS, kosinusgewichtet</translation>
+  </message>
+  <message>
+   <source>Mean relative (log)</source>
+   <translation>Mittlerer relativer (log)</translation>
+  </message>
+  <message>
+   <source>Mean squared relative (log)</source>
+   <translation>Mittlerer quadratischer relativer (log)</translation>
+  </message>
+  <message>
+   <source>Largest relative (log)</source>
+   <translation>Größter relativer (log)</translation>
+  </message>
+  <message>
+   <source>Mean absolute</source>
+   <translation>Mittlerer absoluter</translation>
+  </message>
+  <message>
+   <source>Mean squared</source>
+   <translation>Mittlerer quadratischer</translation>
+  </message>
+  <message>
+   <source>Largest absolute</source>
+   <translation>Größter absoluter</translation>
+  </message>
+  <message>
+   <source>Held out: RMS, cosine-weighted</source>
+   <translation>Validierung: RMS, kosinusgewichtet</translation>
+  </message>
+  <message>
+   <source>Held out: mean squared relative (log)</source>
+   <translation>Validierung: mittlerer quadratischer relativer (log)</translation>
+  </message>
+  <message>
+   <source>RMS × cos</source>
+   <translation>RMS × cos</translation>
+  </message>
+  <message>
+   <source>Mean log</source>
+   <translation>Mittel log</translation>
+  </message>
+  <message>
+   <source>Mean log²</source>
+   <translation>Mittel log²</translation>
+  </message>
+  <message>
+   <source>Max. log</source>
+   <translation>Max. log</translation>
+  </message>
+  <message>
+   <source>Mean²</source>
+   <translation>Mittel²</translation>
+  </message>
+  <message>
+   <source>Maximum</source>
+   <translation>Maximum</translation>
+  </message>
+  <message>
+   <source>Held out: RMS × cos</source>
+   <translation>Validierung: RMS × cos</translation>
+  </message>
+  <message>
+   <source>Held out: log²</source>
+   <translation>Validierung: log²</translation>
+  </message>
+  <message>
+   <source>cannot be taken out of so few photographs</source>
+   <translation>kann nicht ausgeschlossen werden: es bleiben zu wenige Fotos</translation>
+  </message>
+  <message>
+   <source>At least two under different lights stay</source>
+   <translation>Mindestens zwei unter verschiedenem Licht behalten</translation>
+  </message>
+  <message>
+   <source>has the name of another photograph of the capture</source>
+   <translation>hat den Namen eines anderen Fotos der Aufnahme</translation>
+  </message>
+  <message>
+   <source>Give it a name of its own</source>
+   <translation>Einen eigenen Namen geben</translation>
+  </message>
+  <message>
+   <source>Frame / ms</source>
+   <translation>Bild / ms</translation>
+  </message>
+  <message>
+   <source>Relighting / ms</source>
+   <translation>Neulicht / ms</translation>
+  </message>
+  <message>
+   <source>Bake / s</source>
+   <translation>Vorber. / s</translation>
+  </message>
+  <message>
+   <source>Memory / MB</source>
+   <translation>Speicher / MB</translation>
+  </message>
+  <message>
+   <source>power law</source>
+   <translation>Potenzgesetz</translation>
+  </message>
+  <message>
+   <source>%1, FLIP %2</source>
+   <translation>%1, FLIP %2</translation>
+  </message>
+  <message>
+   <source>frame %1, relighting %2</source>
+   <translation>Bild %1, Neubeleuchtung %2</translation>
+  </message>
+  <message>
+   <source>bake %1, memory %2</source>
+   <translation>Vorberechnung %1, Speicher %2</translation>
+  </message>
+  <message>
+   <source>predicted: %1</source>
+   <translation>vorhergesagt: %1</translation>
+  </message>
+  <message>
+   <source>pays off after %1 frame%2 against the reference</source>
+   <translation>lohnt sich gegenüber der Referenz nach %1 Bild</translation>
+  </message>
+  <message>
+   <source>A flat image casts no shadows that could be baked: Material shows it</source>
+   <translation>Ein flaches Bild wirft keine Schatten, die vorberechnet werden könnten: „Material“ zeigt es</translation>
+  </message>
+  <message>
+   <source>Sampling by outgoing radiance needs all light at once: choose another under Sampling</source>
+   <translation>Die Abtastung nach ausgehender Strahldichte braucht alles Licht zugleich: unter „Abtastung“ eine andere wählen</translation>
+  </message>
+  <message>
+   <source>With %1</source>
+   <translation>Mit %1</translation>
+  </message>
+  <message>
+   <source>Colours</source>
+   <translation>Farben</translation>
+  </message>
+  <message>
+   <source>bakes in %1 show it</source>
+   <translation>Vorberechnungen mit %1 zeigen es</translation>
+  </message>
+  <message>
+   <source>this BRDF has no such parameter</source>
+   <translation>diese BRDF hat keinen solchen Parameter</translation>
+  </message>
+  <message>
+   <source>%1 leaves out what varies over the model, %2: %3.</source>
+   <translation>%1 lässt weg, was über das Modell variiert, %2: %3.</translation>
+  </message>
+ </context>
+ <context>
+  <name>commands</name>
+  <message>
+   <source>Blinn–Phong</source>
+   <translation>Blinn–Phong</translation>
+  </message>
+  <message>
+   <source>%1 BRDFs are compared at most; remove one first</source>
+   <translation>Höchstens %1 BRDFs werden verglichen; zuerst eine entfernen</translation>
+  </message>
+  <message>
+   <source>Compare %1</source>
+   <translation>%1 vergleichen</translation>
+  </message>
+  <message>
+   <source>Find %1</source>
+   <translation>%1 suchen</translation>
+  </message>
+  <message>
+   <source>My %1</source>
+   <translation>Mein %1</translation>
+  </message>
+  <message>
+   <source>Compiling %1</source>
+   <translation>%1 wird übersetzt</translation>
+  </message>
+  <message>
+   <source>Preparing %1</source>
+   <translation>%1 wird vorbereitet</translation>
+  </message>
+  <message>
+   <source>Use %1 for the material</source>
+   <translation>%1 für das Material verwenden</translation>
+  </message>
+  <message>
+   <source>The material reflects as %1</source>
+   <translation>Das Material reflektiert wie %1</translation>
+  </message>
+  <message>
+   <source>; as a table it has an error of %1 RMS</source>
+   <translation>; als Tabelle mit einem Fehler von %1 RMS</translation>
+  </message>
+  <message>
+   <source>%1 written%2</source>
+   <translation>%1 geschrieben%2</translation>
+  </message>
+  <message>
+   <source>comparing starts</source>
+   <translation>Vergleich beginnt</translation>
+  </message>
+  <message>
+   <source>exchanging light and viewer</source>
+   <translation>Licht und Blick werden vertauscht</translation>
+  </message>
+  <message>
+   <source>drawing thumbnails</source>
+   <translation>Vorschaubilder werden gezeichnet</translation>
+  </message>
+  <message>
+   <source>looking for the model and the light</source>
+   <translation>Modell und Licht werden gesucht</translation>
+  </message>
+  <message>
+   <source>The model %1 is not where it was; the material is shown on another</source>
+   <translation>Das Modell %1 liegt nicht mehr an seinem Ort; das Material wird auf einem anderen gezeigt</translation>
+  </message>
+  <message>
+   <source>The light %1 is not where it was</source>
+   <translation>Das Licht %1 liegt nicht mehr an seinem Ort</translation>
+  </message>
+  <message>
+   <source>opening the bundle</source>
+   <translation>Paket wird geöffnet</translation>
+  </message>
+  <message>
+   <source>opening the material</source>
+   <translation>Material wird geöffnet</translation>
+  </message>
+  <message>
+   <source>looking for materials</source>
+   <translation>Materialien werden gesucht</translation>
+  </message>
+  <message>
+   <source>Preparing a BRDF</source>
+   <translation>BRDF wird vorbereitet</translation>
+  </message>
+  <message>
+   <source>as a table: %1 RMS off%2</source>
+   <translation>als Tabelle: Abweichung %1 RMS%2</translation>
+  </message>
+  <message>
+   <source>, mean over azimuths</source>
+   <translation>, Mittel über Azimute</translation>
+  </message>
+  <message>
+   <source>table: %1 off</source>
+   <translation>Tabelle: Abweichung %1</translation>
+  </message>
+  <message>
+   <source>preparing the bundle</source>
+   <translation>Paket wird vorbereitet</translation>
+  </message>
+  <message>
+   <source>verifying the bundle</source>
+   <translation>Paket wird geprüft</translation>
+  </message>
+  <message>
+   <source>reading the material</source>
+   <translation>Material wird gelesen</translation>
+  </message>
+  <message>
+   <source>the surface is measured</source>
+   <translation>Oberfläche wird gemessen</translation>
+  </message>
+  <message>
+   <source>measured before</source>
+   <translation>bereits gemessen</translation>
+  </message>
+  <message>
+   <source>judging factors</source>
+   <translation>Faktoren werden bewertet</translation>
+  </message>
+  <message>
+   <source>writing factors</source>
+   <translation>Faktoren werden geschrieben</translation>
+  </message>
+  <message>
+   <source>%1 written: %2 textures</source>
+   <translation>%1 geschrieben: %2 Texturen</translation>
+  </message>
+  <message>
+   <source>%1 × %2 pixels are not possible</source>
+   <translation>%1 × %2 Pixel sind nicht möglich</translation>
+  </message>
+  <message>
+   <source>An image is a .png or an .exr file</source>
+   <translation>Ein Bild ist eine .png- oder .exr-Datei</translation>
+  </message>
+  <message>
+   <source>A film is an .mp4 or .webp file, or a folder of PNG</source>
+   <translation>Ein Film ist eine .mp4- oder .webp-Datei oder ein Ordner mit PNG</translation>
+  </message>
+  <message>
+   <source>A film has at most %1 pixels along a side</source>
+   <translation>Ein Film hat höchstens %1 Pixel je Seite</translation>
+  </message>
+  <message>
+   <source>An .mp4 has no transparency</source>
+   <translation>Ein .mp4 hat keine Transparenz</translation>
+  </message>
+  <message>
+   <source>frame %1 of %2</source>
+   <translation>Bild %1 von %2</translation>
+  </message>
+  <message>
+   <source>%1 frames of </source>
+   <translation>%1 Bilder mit </translation>
+  </message>
+  <message>
+   <source>%1 saved: %2%3 × %4 pixels</source>
+   <translation>%1 gespeichert: %2%3 × %4 Pixel</translation>
+  </message>
+  <message>
+   <source>There is no bake yet: bake this mode first</source>
+   <translation>Es gibt noch keine Vorberechnung: diesen Modus zuerst vorberechnen</translation>
+  </message>
+  <message>
+   <source>looking for the stack</source>
+   <translation>Stapel wird gesucht</translation>
+  </message>
+  <message>
+   <source>has lost its pixels</source>
+   <translation>hat seine Pixel verloren</translation>
+  </message>
+  <message>
+   <source>Open the photographs that it was made of</source>
+   <translation>Die Fotos öffnen, aus denen er entstand</translation>
+  </message>
+  <message>
+   <source>reading the photographs again</source>
+   <translation>Fotos werden neu gelesen</translation>
+  </message>
+  <message>
+   <source>preparing the import</source>
+   <translation>Import wird vorbereitet</translation>
+  </message>
+  <message>
+   <source>looking for the material</source>
+   <translation>Material wird gesucht</translation>
+  </message>
+  <message>
+   <source>the stack</source>
+   <translation>der Stapel</translation>
+  </message>
+  <message>
+   <source>loading %1</source>
+   <translation>%1 wird geladen</translation>
+  </message>
+  <message>
+   <source>finding its tangents</source>
+   <translation>Tangenten werden bestimmt</translation>
+  </message>
+  <message>
+   <source>reading the environment</source>
+   <translation>Umgebung wird gelesen</translation>
+  </message>
+  <message>
+   <source>choosing directions</source>
+   <translation>Richtungen werden gewählt</translation>
+  </message>
+  <message>
+   <source>its photographs give other results than they did</source>
+   <translation>seine Fotos ergeben andere Ergebnisse als zuvor</translation>
+  </message>
+  <message>
+   <source>Open it and build it again</source>
+   <translation>Öffnen und neu erzeugen</translation>
+  </message>
+  <message>
+   <source>capture or material</source>
+   <translation>Aufnahme oder Material</translation>
+  </message>
+  <message>
+   <source>A project holds one %1, here %2. Open this one alone to replace it</source>
+   <translation>Ein Projekt enthält nur eines: %1, hier %2. Dieses allein öffnen, um es zu ersetzen</translation>
+  </message>
+  <message>
+   <source>is a second %1</source>
+   <translation>gehört zu einem zweiten: %1</translation>
+  </message>
+  <message>
+   <source>does not exist</source>
+   <translation>existiert nicht</translation>
+  </message>
+  <message>
+   <source>Check the path, or whether its drive is connected</source>
+   <translation>Den Pfad prüfen, oder ob sein Laufwerk verbunden ist</translation>
+  </message>
+  <message>
+   <source>is not a photograph that Lightarc reads</source>
+   <translation>ist kein Foto, das Lightarc liest</translation>
+  </message>
+  <message>
+   <source>Open it together with the photographs</source>
+   <translation>Zusammen mit den Fotos öffnen</translation>
+  </message>
+  <message>
+   <source>is not a kind of file that Lightarc opens</source>
+   <translation>ist keine Art von Datei, die Lightarc öffnet</translation>
+  </message>
+  <message>
+   <source>Open photographs (a folder or an archive), a model (OBJ, PLY, STL, glTF), an environment (HDR, EXR), a measured BRDF (MERL, RGL, …), a folder of factors, a .lightarc bundle, PBR textures, a MaterialX document, or RTI files (PTM, HSH)</source>
+   <translation>Fotos (Ordner oder Archiv), ein Modell (OBJ, PLY, STL, glTF), eine Umgebung (HDR, EXR), eine gemessene BRDF (MERL, RGL, …), einen Ordner mit Faktoren, ein .lightarc-Paket, PBR-Texturen, ein MaterialX-Dokument oder RTI-Dateien (PTM, HSH) öffnen</translation>
+  </message>
+  <message>
+   <source>cannot be read (%1)</source>
+   <translation>lässt sich nicht lesen (%1)</translation>
+  </message>
+  <message>
+   <source>Check the permissions of the file</source>
+   <translation>Die Rechte der Datei prüfen</translation>
+  </message>
+  <message>
+   <source>Drop a folder of its textures, a MaterialX document or a glTF file</source>
+   <translation>Einen Ordner mit ihren Texturen, ein MaterialX-Dokument oder eine glTF-Datei hierher ziehen</translation>
+  </message>
+  <message>
+   <source>is a USD package whose textures are not named for what they hold</source>
+   <translation>ist ein USD-Paket, dessen Texturen nicht nach ihrem Inhalt benannt sind</translation>
+  </message>
+  <message>
+   <source>the run in the project has no result: it was stopped before it had one</source>
+   <translation>der Lauf im Projekt hat kein Ergebnis: er wurde vorher beendet</translation>
+  </message>
+  <message>
+   <source>its result is gone from the data folder</source>
+   <translation>sein Ergebnis fehlt im Datenordner</translation>
+  </message>
+  <message>
+   <source>every value is the same</source>
+   <translation>jeder Wert ist gleich</translation>
+  </message>
+  <message>
+   <source>it is of another state of the project, whose model, ground or BRDF was another one</source>
+   <translation>es gehört zu einem anderen Stand des Projekts mit anderem Modell, Boden oder anderer BRDF</translation>
+  </message>
+  <message>
+   <source>the search had not come to its end</source>
+   <translation>die Suche war noch nicht zu Ende</translation>
+  </message>
+  <message>
+   <source>the BRDF that it was fitted to is compared no longer</source>
+   <translation>die BRDF, an die angepasst wurde, wird nicht mehr verglichen</translation>
+  </message>
+  <message>
+   <source>parameters were turned by hand, the fit was stopped before its end, or the machine differs</source>
+   <translation>Parameter wurden von Hand geändert, die Anpassung wurde vorher beendet, oder der Rechner ist ein anderer</translation>
+  </message>
+  <message>
+   <source>fit %1</source>
+   <translation>Anpassung %1</translation>
+  </message>
+  <message>
+   <source>factors of %1, %2</source>
+   <translation>Faktoren von %1, %2</translation>
+  </message>
+  <message>
+   <source>bake %1</source>
+   <translation>Vorberechnung %1</translation>
+  </message>
+  <message>
+   <source>nobody noted how it was made</source>
+   <translation>wie es entstand, wurde nicht vermerkt</translation>
+  </message>
+  <message>
+   <source>it cannot be made again: %1</source>
+   <translation>es lässt sich nicht neu erzeugen: %1</translation>
+  </message>
+  <message>
+   <source>settings are the same, versions or machine differ</source>
+   <translation>Einstellungen sind gleich, Versionen oder Rechner verschieden</translation>
+  </message>
+  <message>
+   <source>lightarc %1</source>
+   <translation>lightarc %1</translation>
+  </message>
+  <message>
+   <source>it was made by %1, not %2</source>
+   <translation>es wurde von %1 erzeugt, nicht von %2</translation>
+  </message>
+  <message>
+   <source>settings are the same, the machine differs</source>
+   <translation>Einstellungen sind gleich, der Rechner ist ein anderer</translation>
+  </message>
+  <message>
+   <source>%1 differ: %2</source>
+   <translation>%1 verschieden: %2</translation>
+  </message>
+  <message>
+   <source>shading map</source>
+   <translation>Schattierungskarte</translation>
+  </message>
+  <message>
+   <source>directional map</source>
+   <translation>Richtungskarte</translation>
+  </message>
+  <message>
+   <source>the project has no such result to compare with</source>
+   <translation>das Projekt hat kein solches Ergebnis zum Vergleich</translation>
+  </message>
+  <message>
+   <source>it came from a file and was not made of photographs here</source>
+   <translation>es stammt aus einer Datei und entstand nicht hier aus Fotos</translation>
+  </message>
+  <message>
+   <source>times and errors are those of one machine at one time, and can only be measured again</source>
+   <translation>Zeiten und Fehler gelten für einen Rechner zu einer Zeit und lassen sich nur neu messen</translation>
+  </message>
+  <message>
+   <source>the photographs were imported again after they were made</source>
+   <translation>die Fotos wurden danach neu importiert</translation>
+  </message>
+  <message>
+   <source>the settings were changed after it was built</source>
+   <translation>die Einstellungen wurden danach geändert</translation>
+  </message>
+  <message>
+   <source>was not made from photographs and has no runs, fits or bakes to repeat</source>
+   <translation>entstand nicht aus Fotos und hat keine Läufe, Anpassungen oder Vorberechnungen zum Wiederholen</translation>
+  </message>
+  <message>
+   <source>Choose another project</source>
+   <translation>Ein anderes Projekt wählen</translation>
+  </message>
+  <message>
+   <source>is missing (%1 of the photographs)</source>
+   <translation>fehlt (%1 der Fotos)</translation>
+  </message>
+  <message>
+   <source>Put the photographs back</source>
+   <translation>Die Fotos zurücklegen</translation>
+  </message>
+  <message>
+   <source>measured accuracy</source>
+   <translation>gemessene Genauigkeit</translation>
+  </message>
+  <message>
+   <source>surface maps</source>
+   <translation>Oberflächenkarten</translation>
+  </message>
+  <message>
+   <source>photographs, settings or machine differ</source>
+   <translation>Fotos, Einstellungen oder Rechner verschieden</translation>
+  </message>
+  <message>
+   <source>Making surface maps</source>
+   <translation>Oberflächenkarten werden erzeugt</translation>
+  </message>
+  <message>
+   <source>White reference</source>
+   <translation>Weiße Referenz</translation>
+  </message>
+  <message>
+   <source>Surface maps made</source>
+   <translation>Oberflächenkarten erzeugt</translation>
+  </message>
+  <message>
+   <source>Writing surface maps</source>
+   <translation>Oberflächenkarten werden geschrieben</translation>
+  </message>
+  <message>
+   <source>%1 files written to %2</source>
+   <translation>%1 Dateien nach %2 geschrieben</translation>
+  </message>
+  <message>
+   <source>writing maps</source>
+   <translation>Karten werden geschrieben</translation>
+  </message>
+  <message>
+   <source>Woven sample</source>
+   <translation>Gewebte Probe</translation>
+  </message>
+  <message>
+   <source>sample capture</source>
+   <translation>Beispielaufnahme</translation>
+  </message>
+  <message>
+   <source>%1 has a material of its own, which was not opened: %2 came with it</source>
+   <translation>%1 hat ein eigenes Material, das nicht geöffnet wurde: %2 kam mit</translation>
+  </message>
+  <message>
+   <source>Opening</source>
+   <translation>Wird geöffnet</translation>
+  </message>
+  <message>
+   <source>Preparing the sample capture</source>
+   <translation>Beispielaufnahme wird vorbereitet</translation>
+  </message>
+  <message>
+   <source>imports all photographs together, as one capture of one sample</source>
+   <translation>importiert alle Fotos zusammen, als eine Aufnahme einer Probe</translation>
+  </message>
+  <message>
+   <source>Opening the material</source>
+   <translation>Material wird geöffnet</translation>
+  </message>
+  <message>
+   <source>Opening the bundle</source>
+   <translation>Paket wird geöffnet</translation>
+  </message>
+  <message>
+   <source>Opening the stack</source>
+   <translation>Stapel wird geöffnet</translation>
+  </message>
+  <message>
+   <source>Looking for its material</source>
+   <translation>Material dazu wird gesucht</translation>
+  </message>
+  <message>
+   <source>opens the model alone, and keeps the material of this project</source>
+   <translation>öffnet nur das Modell und behält das Material dieses Projekts</translation>
+  </message>
+  <message>
+   <source>Looking for photographs</source>
+   <translation>Fotos werden gesucht</translation>
+  </message>
+  <message>
+   <source>Joining the photographs</source>
+   <translation>Fotos werden zusammengeführt</translation>
+  </message>
+  <message>
+   <source>Open %1 photographs</source>
+   <translation>%1 Fotos öffnen</translation>
+  </message>
+  <message>
+   <source>Importing photographs</source>
+   <translation>Fotos werden importiert</translation>
+  </message>
+  <message>
+   <source>stacks of %1</source>
+   <translation>Stapel von %1</translation>
+  </message>
+  <message>
+   <source>Import photographs</source>
+   <translation>Fotos importieren</translation>
+  </message>
+  <message>
+   <source>%1 photographs imported</source>
+   <translation>%1 Fotos importiert</translation>
+  </message>
+  <message>
+   <source>Open %1</source>
+   <translation>%1 öffnen</translation>
+  </message>
+  <message>
+   <source>The stack %1 is open</source>
+   <translation>Der Stapel %1 ist geöffnet</translation>
+  </message>
+  <message>
+   <source>%1 photographs</source>
+   <translation>%1 Fotos</translation>
+  </message>
+  <message>
+   <source>Exclude</source>
+   <translation>Ausschließen</translation>
+  </message>
+  <message>
+   <source>Include</source>
+   <translation>Einschließen</translation>
+  </message>
+  <message>
+   <source>Use all photographs</source>
+   <translation>Alle Fotos verwenden</translation>
+  </message>
+  <message>
+   <source>Use %1 photographs</source>
+   <translation>%1 Fotos verwenden</translation>
+  </message>
+  <message>
+   <source>Building the material</source>
+   <translation>Material wird erzeugt</translation>
+  </message>
+  <message>
+   <source>Material built</source>
+   <translation>Material erzeugt</translation>
+  </message>
+  <message>
+   <source>Show the image flat</source>
+   <translation>Bild flach zeigen</translation>
+  </message>
+  <message>
+   <source>Model %1</source>
+   <translation>Modell %1</translation>
+  </message>
+  <message>
+   <source>Opening the environment</source>
+   <translation>Umgebung wird geöffnet</translation>
+  </message>
+  <message>
+   <source>naming the state of the project</source>
+   <translation>Stand des Projekts wird benannt</translation>
+  </message>
+  <message>
+   <source>%1 %2 opened</source>
+   <translation>%1 %2 geöffnet</translation>
+  </message>
+  <message>
+   <source>recognising files</source>
+   <translation>Dateien werden erkannt</translation>
+  </message>
+  <message>
+   <source>joining the photographs</source>
+   <translation>Fotos werden zusammengeführt</translation>
+  </message>
+  <message>
+   <source>opening the stack</source>
+   <translation>Stapel wird geöffnet</translation>
+  </message>
+ </context>
+ <context>
+  <name>jobs</name>
+  <message>
+   <source>Writes what the user confirmed: starts at once, and closing the window waits for it.</source>
+   <translation>Writes what the user confirmed: starts at once, and closing the window waits for it.</translation>
+  </message>
+  <message>
+   <source>Brings a file into the program: starts at once, `MAX_OPEN` side by side.</source>
+   <translation>Brings a file into the program: starts at once, `MAX_OPEN` side by side.</translation>
+  </message>
+  <message>
+   <source>A computation that the user asked for: `max_compute` side by side, first come first.</source>
+   <translation>A computation that the user asked for: `max_compute` side by side, first come first.</translation>
+  </message>
+  <message>
+   <source>Nobody waits for it: runs, step by step, while no job of the lanes above does.</source>
+   <translation>Nobody waits for it: runs, step by step, while no job of the lanes above does.</translation>
+  </message>
+  <message>
+   <source>An image or a figure for the screen: starts at once, and is not listed.</source>
+   <translation>An image or a figure for the screen: starts at once, and is not listed.</translation>
+  </message>
+  <message>
+   <source>%1 to end</source>
+   <translation>%1</translation>
+  </message>
+  <message>
+   <source>%1 and %2 others to end</source>
+   <translation>%1 und %2 andere</translation>
+  </message>
+  <message>
+   <source>%1, which measures times and runs alone</source>
+   <translation>%1, misst Zeiten und läuft allein</translation>
+  </message>
+  <message>
+   <source>%1 to end, because it measures times</source>
+   <translation>%1, weil Zeiten gemessen werden</translation>
+  </message>
+  <message>
+   <source>%1 or %2 to end</source>
+   <translation>%1 oder %2</translation>
+  </message>
+  <message>
+   <source>one of %1 others</source>
+   <translation>einen von %1 anderen</translation>
+  </message>
+  <message>
+   <source>memory: %1 of %2 are free</source>
+   <translation>Speicher: %1 von %2 sind frei</translation>
+  </message>
+  <message>
+   <source>No further thread can be started</source>
+   <translation>Kein weiterer Thread lässt sich starten</translation>
+  </message>
+ </context>
+ <context>
+  <name>project</name>
+  <message>
+   <source>is damaged: its content is not the one of its name</source>
+   <translation>ist beschädigt: sein Inhalt ist nicht der seines Namens</translation>
+  </message>
+  <message>
+   <source>Make it again</source>
+   <translation>Neu erzeugen</translation>
+  </message>
+  <message>
+   <source>data that can be made again</source>
+   <translation>Daten, die sich neu erzeugen lassen</translation>
+  </message>
+  <message>
+   <source>data that cannot be read (%1)</source>
+   <translation>Daten, die sich nicht lesen lassen (%1)</translation>
+  </message>
+  <message>
+   <source>is damaged: it is empty</source>
+   <translation>ist beschädigt: es ist leer</translation>
+  </message>
+  <message>
+   <source>is damaged: %1</source>
+   <translation>ist beschädigt: %1</translation>
+  </message>
+  <message>
+   <source>is damaged: %1 of %2 are not %3 bytes</source>
+   <translation>ist beschädigt: %1 von %2 sind nicht %3 Bytes</translation>
+  </message>
+  <message>
+   <source>%1 cannot be read: %2</source>
+   <translation>%1 lässt sich nicht lesen: %2</translation>
+  </message>
+  <message>
+   <source>reading %1</source>
+   <translation>%1 wird gelesen</translation>
+  </message>
+  <message>
+   <source>%1 is damaged, and can be made again</source>
+   <translation>%1 ist beschädigt und lässt sich neu erzeugen</translation>
+  </message>
+  <message>
+   <source>file %1</source>
+   <translation>Datei %1</translation>
+  </message>
+  <message>
+   <source>looking for a bake</source>
+   <translation>Vorberechnung wird gesucht</translation>
+  </message>
+  <message>
+   <source>keeping results</source>
+   <translation>Ergebnisse werden gespeichert</translation>
+  </message>
+  <message>
+   <source>reading results</source>
+   <translation>Ergebnisse werden gelesen</translation>
+  </message>
+  <message>
+   <source>reading the project</source>
+   <translation>Projekt wird gelesen</translation>
+  </message>
+  <message>
+   <source>is or holds a link to elsewhere</source>
+   <translation>ist oder enthält einen Verweis nach außen</translation>
+  </message>
+  <message>
+   <source>Copy the project, and clean up the copy</source>
+   <translation>Das Projekt kopieren und die Kopie aufräumen</translation>
+  </message>
+  <message>
+   <source>Bakes stay while the project is open</source>
+   <translation>Vorberechnungen bleiben, solange das Projekt geöffnet ist</translation>
+  </message>
+  <message>
+   <source>cleaned up</source>
+   <translation>aufgeräumt</translation>
+  </message>
+  <message>
+   <source>is damaged (%1)</source>
+   <translation>ist beschädigt (%1)</translation>
+  </message>
+  <message>
+   <source>Recover it first: lightarc project recover</source>
+   <translation>Zuerst wiederherstellen: lightarc project recover</translation>
+  </message>
+  <message>
+   <source>not as they were when they were imported</source>
+   <translation>nicht wie beim Import</translation>
+  </message>
+  <message>
+   <source>not marked as they were imported</source>
+   <translation>nicht als unverändert vermerkt</translation>
+  </message>
+  <message>
+   <source>%1 %2. The results made of them stay</source>
+   <translation>%1 %2. Die daraus erzeugten Ergebnisse bleiben</translation>
+  </message>
+  <message>
+   <source>The photographs were imported by %1. Import them again to make their results smaller</source>
+   <translation>Die Fotos wurden mit %1 importiert. Ein neuer Import macht ihre Ergebnisse kleiner</translation>
+  </message>
+  <message>
+   <source>names files outside its folder, which a collected project would hold: %1</source>
+   <translation>nennt Dateien außerhalb seines Ordners, die ein gesammeltes Projekt enthielte: %1</translation>
+  </message>
+  <message>
+   <source>Look at them, and give --include-outside to copy them too</source>
+   <translation>Die Dateien ansehen und --include-outside angeben, um sie mitzukopieren</translation>
+  </message>
+  <message>
+   <source>Say where they are now, or copy</source>
+   <translation>Angeben, wo sie jetzt sind, oder kopieren</translation>
+  </message>
+  <message>
+   <source>Close it there, or choose another name</source>
+   <translation>Dort schließen oder einen anderen Namen wählen</translation>
+  </message>
+  <message>
+   <source>exists already</source>
+   <translation>existiert bereits</translation>
+  </message>
+  <message>
+   <source>Choose another name, or remove it first</source>
+   <translation>Einen anderen Namen wählen oder es zuerst entfernen</translation>
+  </message>
+  <message>
+   <source>copying %1</source>
+   <translation>%1 wird kopiert</translation>
+  </message>
+  <message>
+   <source>decoding %1</source>
+   <translation>%1 wird dekodiert</translation>
+  </message>
+  <message>
+   <source>`lightarc project find` with the folder of the photographs records those that are there</source>
+   <translation>„lightarc project find“ mit dem Ordner der Fotos verzeichnet die vorhandenen</translation>
+  </message>
+  <message>
+   <source>is named by the project, which has no record of its content</source>
+   <translation>wird vom Projekt genannt, das seinen Inhalt nicht verzeichnet hat</translation>
+  </message>
+  <message>
+   <source>is not the file that the project recorded</source>
+   <translation>ist nicht die Datei, die das Projekt verzeichnet hat</translation>
+  </message>
+  <message>
+   <source>measured BRDF</source>
+   <translation>gemessene BRDF</translation>
+  </message>
+  <message>
+   <source>is not a usable %1 (%2)</source>
+   <translation>ist nicht brauchbar als %1 (%2)</translation>
+  </message>
+  <message>
+   <source>Remove it from the project, or copy it</source>
+   <translation>Aus dem Projekt entfernen oder kopieren</translation>
+  </message>
+  <message>
+   <source>Choose a project that Lightarc has written (.lap)</source>
+   <translation>Ein Projekt wählen, das Lightarc geschrieben hat (.lap)</translation>
+  </message>
+  <message>
+   <source>`lightarc project recover` saves what is sound in a new project</source>
+   <translation>„lightarc project recover“ sichert Unbeschädigtes in einem neuen Projekt</translation>
+  </message>
+  <message>
+   <source>Check its permissions and the disk that it lies on</source>
+   <translation>Seine Rechte und den Datenträger prüfen</translation>
+  </message>
+  <message>
+   <source>there is no such project</source>
+   <translation>es gibt kein solches Projekt</translation>
+  </message>
+  <message>
+   <source>Check the name, or open the folder that it was moved to</source>
+   <translation>Den Namen prüfen oder den Ordner öffnen, in den es verschoben wurde</translation>
+  </message>
+  <message>
+   <source>cannot be opened (%1)</source>
+   <translation>lässt sich nicht öffnen (%1)</translation>
+  </message>
+  <message>
+   <source>Check the folder's permissions and free space</source>
+   <translation>Rechte und freien Platz des Ordners prüfen</translation>
+  </message>
+  <message>
+   <source>is not a Lightarc project</source>
+   <translation>ist kein Lightarc-Projekt</translation>
+  </message>
+  <message>
+   <source>it needs a write-ahead log, which no project has</source>
+   <translation>es braucht ein Write-Ahead-Protokoll, das kein Projekt hat</translation>
+  </message>
+  <message>
+   <source>is not a Lightarc journal</source>
+   <translation>ist kein Lightarc-Journal</translation>
+  </message>
+  <message>
+   <source>Remove it; it did not come from this program</source>
+   <translation>Entfernen; es stammt nicht von diesem Programm</translation>
+  </message>
+  <message>
+   <source>it has no table meta</source>
+   <translation>es hat keine Tabelle meta</translation>
+  </message>
+  <message>
+   <source>it holds the %1 %2, which no project has</source>
+   <translation>es enthält %1 %2, was kein Projekt hat</translation>
+  </message>
+  <message>
+   <source>it has no table %1</source>
+   <translation>es hat keine Tabelle %1</translation>
+  </message>
+  <message>
+   <source>its texts are not in UTF-8</source>
+   <translation>seine Texte sind nicht in UTF-8</translation>
+  </message>
+  <message>
+   <source>it holds tables that no project has</source>
+   <translation>es enthält Tabellen, die kein Projekt hat</translation>
+  </message>
+  <message>
+   <source>its table %1 holds values of other types or lengths</source>
+   <translation>seine Tabelle %1 enthält Werte anderer Typen oder Längen</translation>
+  </message>
+  <message>
+   <source>it does not say its version</source>
+   <translation>es nennt seine Version nicht</translation>
+  </message>
+  <message>
+   <source>%1, schema %2; this one reads up to %3</source>
+   <translation>%1, Schema %2; dieses liest bis %3</translation>
+  </message>
+  <message>
+   <source>was made by a newer version (%1)</source>
+   <translation>wurde von einer neueren Version erzeugt (%1)</translation>
+  </message>
+  <message>
+   <source>Update Lightarc</source>
+   <translation>Lightarc aktualisieren</translation>
+  </message>
+  <message>
+   <source>%1 (schema %2%3)%4</source>
+   <translation>%1 (Schema %2%3)%4</translation>
+  </message>
+  <message>
+   <source>the disk is full</source>
+   <translation>der Datenträger ist voll</translation>
+  </message>
+  <message>
+   <source>Free some space or choose another disk</source>
+   <translation>Platz schaffen oder einen anderen Datenträger wählen</translation>
+  </message>
+  <message>
+   <source>writing here is not permitted</source>
+   <translation>Schreiben ist hier nicht erlaubt</translation>
+  </message>
+  <message>
+   <source>Choose another folder or change its permissions</source>
+   <translation>Einen anderen Ordner wählen oder seine Rechte ändern</translation>
+  </message>
+  <message>
+   <source>another program keeps it locked</source>
+   <translation>ein anderes Programm hält es gesperrt</translation>
+  </message>
+  <message>
+   <source>Close that program</source>
+   <translation>Dieses Programm schließen</translation>
+  </message>
+  <message>
+   <source>its path is too long</source>
+   <translation>sein Pfad ist zu lang</translation>
+  </message>
+  <message>
+   <source>Choose a shorter name, or a folder that is nearer to the root</source>
+   <translation>Einen kürzeren Namen wählen oder einen Ordner näher an der Wurzel</translation>
+  </message>
+  <message>
+   <source>a text is not in UTF-8</source>
+   <translation>ein Text ist nicht in UTF-8</translation>
+  </message>
+  <message>
+   <source>reading it takes more work than a file of its size can need</source>
+   <translation>das Lesen braucht mehr Arbeit, als eine Datei dieser Größe nötig machen kann</translation>
+  </message>
+  <message>
+   <source>cannot be read or written (%1)</source>
+   <translation>lässt sich nicht lesen oder schreiben (%1)</translation>
+  </message>
+  <message>
+   <source>Look</source>
+   <translation>Ansicht</translation>
+  </message>
+  <message>
+   <source>Comparison</source>
+   <translation>Vergleich</translation>
+  </message>
+  <message>
+   <source>Entry</source>
+   <translation>Eintrag</translation>
+  </message>
+  <message>
+   <source>Fitted</source>
+   <translation>Angepasst</translation>
+  </message>
+  <message>
+   <source>Exporting</source>
+   <translation>Export</translation>
+  </message>
+  <message>
+   <source>Factoring</source>
+   <translation>Faktorisierung</translation>
+  </message>
+  <message>
+   <source>Blend</source>
+   <translation>Mischung</translation>
+  </message>
+  <message>
+   <source>Patches</source>
+   <translation>Felder</translation>
+  </message>
+  <message>
+   <source>Warp</source>
+   <translation>Verzerrung</translation>
+  </message>
+  <message>
+   <source>Shape</source>
+   <translation>Form</translation>
+  </message>
+  <message>
+   <source>Symmetry</source>
+   <translation>Symmetrie</translation>
+  </message>
+  <message>
+   <source>Circle</source>
+   <translation>Kreis</translation>
+  </message>
+  <message>
+   <source>Sources</source>
+   <translation>Quellen</translation>
+  </message>
+  <message>
+   <source>Unpacked</source>
+   <translation>Entpackt</translation>
+  </message>
+  <message>
+   <source>Quality</source>
+   <translation>Qualität</translation>
+  </message>
+  <message>
+   <source>Finding</source>
+   <translation>Befund</translation>
+  </message>
+  <message>
+   <source>Ceiling</source>
+   <translation>Obergrenze</translation>
+  </message>
+  <message>
+   <source>Mesh</source>
+   <translation>Netz</translation>
+  </message>
+  <message>
+   <source>Setting</source>
+   <translation>Einstellung</translation>
+  </message>
+  <message>
+   <source>Kernel</source>
+   <translation>Kern</translation>
+  </message>
+  <message>
+   <source>Storage</source>
+   <translation>Ablage</translation>
+  </message>
+  <message>
+   <source>Project</source>
+   <translation>Projekt</translation>
+  </message>
+  <message>
+   <source>is not between %1 and %2</source>
+   <translation>liegt nicht zwischen %1 und %2</translation>
+  </message>
+  <message>
+   <source>the parts of a %1 do not fit together</source>
+   <translation>die Teile passen nicht zusammen: %1</translation>
+  </message>
+  <message>
+   <source>image stack</source>
+   <translation>Bildstapel</translation>
+  </message>
+  <message>
+   <source>stack of photographs</source>
+   <translation>Stapel von Fotos</translation>
+  </message>
+  <message>
+   <source>list of photographs</source>
+   <translation>Liste der Fotos</translation>
+  </message>
+  <message>
+   <source>is none of %1</source>
+   <translation>ist keines von %1</translation>
+  </message>
+  <message>
+   <source>is not a mapping</source>
+   <translation>ist keine Zuordnung</translation>
+  </message>
+  <message>
+   <source>is not a set</source>
+   <translation>ist keine Menge</translation>
+  </message>
+  <message>
+   <source>is not a list</source>
+   <translation>ist keine Liste</translation>
+  </message>
+  <message>
+   <source>is not a value</source>
+   <translation>ist kein Wert</translation>
+  </message>
+  <message>
+   <source>is neither true nor false</source>
+   <translation>ist weder wahr noch falsch</translation>
+  </message>
+  <message>
+   <source>is not a whole number</source>
+   <translation>ist keine ganze Zahl</translation>
+  </message>
+  <message>
+   <source>is not a finite number</source>
+   <translation>ist keine endliche Zahl</translation>
+  </message>
+  <message>
+   <source>is not a number</source>
+   <translation>ist keine Zahl</translation>
+  </message>
+  <message>
+   <source>is not text</source>
+   <translation>ist kein Text</translation>
+  </message>
+  <message>
+   <source>is not a path</source>
+   <translation>ist kein Pfad</translation>
+  </message>
+  <message>
+   <source>is not a folder</source>
+   <translation>ist kein Ordner</translation>
+  </message>
+  <message>
+   <source>is not a valid %1</source>
+   <translation>ist nicht gültig: %1</translation>
+  </message>
+  <message>
+   <source>is not a list of values</source>
+   <translation>ist keine Liste von Werten</translation>
+  </message>
+  <message>
+   <source>has %1 values in place of %2</source>
+   <translation>hat %1 Werte statt %2</translation>
+  </message>
+  <message>
+   <source>has no names</source>
+   <translation>hat keine Namen</translation>
+  </message>
+  <message>
+   <source>is not an array</source>
+   <translation>ist kein Feld</translation>
+  </message>
+  <message>
+   <source>is an array of %1</source>
+   <translation>ist ein Feld von %1</translation>
+  </message>
+  <message>
+   <source>no axes</source>
+   <translation>keine Achsen</translation>
+  </message>
+  <message>
+   <source>holds numbers that are not finite</source>
+   <translation>enthält Zahlen, die nicht endlich sind</translation>
+  </message>
+  <message>
+   <source>looking for errors that were measured before</source>
+   <translation>früher gemessene Fehler werden gesucht</translation>
+  </message>
+  <message>
+   <source>The error is measured again when you ask for it</source>
+   <translation>Der Fehler wird bei Bedarf neu gemessen</translation>
+  </message>
+  <message>
+   <source>an import of photographs</source>
+   <translation>ein Import von Fotos</translation>
+  </message>
+  <message>
+   <source>imports of photographs</source>
+   <translation>Importe von Fotos</translation>
+  </message>
+  <message>
+   <source>a factor run</source>
+   <translation>ein Faktorlauf</translation>
+  </message>
+  <message>
+   <source>factor runs</source>
+   <translation>Faktorläufe</translation>
+  </message>
+  <message>
+   <source>a bake</source>
+   <translation>eine Vorberechnung</translation>
+  </message>
+  <message>
+   <source>Gone from the data folder: %1. Making that again takes about %2</source>
+   <translation>Im Datenordner fehlt: %1. Neu erzeugen dauert etwa %2</translation>
+  </message>
+  <message>
+   <source>looking at %1</source>
+   <translation>%1 wird untersucht</translation>
+  </message>
+  <message>
+   <source>Check its permissions</source>
+   <translation>Seine Rechte prüfen</translation>
+  </message>
+  <message>
+   <source>holds more than %1 files</source>
+   <translation>enthält mehr als %1 Dateien</translation>
+  </message>
+  <message>
+   <source>Choose the folder of the photographs</source>
+   <translation>Den Ordner der Fotos wählen</translation>
+  </message>
+  <message>
+   <source>%1 photographs, %2 among them, are</source>
+   <translation>%1 Fotos, darunter %2, sind</translation>
+  </message>
+  <message>
+   <source>it was when it was</source>
+   <translation>beim</translation>
+  </message>
+  <message>
+   <source>they were when they were</source>
+   <translation>beim</translation>
+  </message>
+  <message>
+   <source>%1 not as %2 imported</source>
+   <translation>%1 nicht wie %2 Import</translation>
+  </message>
+  <message>
+   <source>by %1, and %2 reads</source>
+   <translation>mit %1, und %2 liest</translation>
+  </message>
+  <message>
+   <source>and now they give</source>
+   <translation>und jetzt ergeben sie</translation>
+  </message>
+  <message>
+   <source>was imported %1 other values of its photographs</source>
+   <translation>wurde importiert %1 andere Werte seiner Fotos</translation>
+  </message>
+  <message>
+   <source>Import the photographs again</source>
+   <translation>Die Fotos neu importieren</translation>
+  </message>
+  <message>
+   <source>compressing the photographs</source>
+   <translation>Fotos werden komprimiert</translation>
+  </message>
+  <message>
+   <source>reading the photographs</source>
+   <translation>Fotos werden gelesen</translation>
+  </message>
+  <message>
+   <source>is damaged: it has %1 bytes, not %2</source>
+   <translation>ist beschädigt: es hat %1 Bytes, nicht %2</translation>
+  </message>
+  <message>
+   <source>unpacking the photographs</source>
+   <translation>Fotos werden entpackt</translation>
+  </message>
+  <message>
+   <source>Check its permissions and its disk</source>
+   <translation>Seine Rechte und seinen Datenträger prüfen</translation>
+  </message>
+  <message>
+   <source>Close it there</source>
+   <translation>Dort schließen</translation>
+  </message>
+  <message>
+   <source>data folder</source>
+   <translation>Datenordner</translation>
+  </message>
+  <message>
+   <source>its folder is gone</source>
+   <translation>sein Ordner fehlt</translation>
+  </message>
+  <message>
+   <source>Bring it back, or save the project elsewhere</source>
+   <translation>Wiederherstellen oder das Projekt woanders speichern</translation>
+  </message>
+  <message>
+   <source>it has a history, and no document</source>
+   <translation>es hat einen Verlauf und kein Dokument</translation>
+  </message>
+  <message>
+   <source>its position in the history is not a number</source>
+   <translation>seine Stelle im Verlauf ist keine Zahl</translation>
+  </message>
+  <message>
+   <source>state %1</source>
+   <translation>Stand %1</translation>
+  </message>
+  <message>
+   <source>a state of its history is gone</source>
+   <translation>ein Stand seines Verlaufs fehlt</translation>
+  </message>
+  <message>
+   <source>a state of its history is not a list of parts</source>
+   <translation>ein Stand seines Verlaufs ist keine Liste von Teilen</translation>
+  </message>
+  <message>
+   <source>no value of a project</source>
+   <translation>kein Wert eines Projekts</translation>
+  </message>
+  <message>
+   <source>part %1 %2</source>
+   <translation>Teil %1 %2</translation>
+  </message>
+  <message>
+   <source>project file</source>
+   <translation>Projektdatei</translation>
+  </message>
+  <message>
+   <source>a fault of the program (%1)</source>
+   <translation>ein Fehler des Programms (%1)</translation>
+  </message>
+  <message>
+   <source>reading what is sound</source>
+   <translation>Unbeschädigtes wird gelesen</translation>
+  </message>
+  <message>
+   <source>holds no document that could be saved</source>
+   <translation>enthält kein Dokument, das gesichert werden könnte</translation>
+  </message>
+  <message>
+   <source>Open a copy of the project</source>
+   <translation>Eine Kopie des Projekts öffnen</translation>
+  </message>
+  <message>
+   <source>holds nothing that can be read (%1)</source>
+   <translation>enthält nichts Lesbares (%1)</translation>
+  </message>
+  <message>
+   <source>Open a copy of it</source>
+   <translation>Eine Kopie davon öffnen</translation>
+  </message>
+  <message>
+   <source>the history is left behind</source>
+   <translation>der Verlauf bleibt zurück</translation>
+  </message>
+  <message>
+   <source>the history is left behind: one of its states %1</source>
+   <translation>der Verlauf bleibt zurück: einer seiner Stände %1</translation>
+  </message>
+  <message>
+   <source>the history cannot be read</source>
+   <translation>der Verlauf lässt sich nicht lesen</translation>
+  </message>
+  <message>
+   <source>the history cannot be read (%1)</source>
+   <translation>der Verlauf lässt sich nicht lesen (%1)</translation>
+  </message>
+  <message>
+   <source>has lost a state</source>
+   <translation>hat einen Stand verloren</translation>
+  </message>
+  <message>
+   <source>has no sound part</source>
+   <translation>hat keinen unbeschädigten Teil</translation>
+  </message>
+  <message>
+   <source>`lightarc project find %1 --photographs FOLDER` finds those that moved</source>
+   <translation>„lightarc project find %1 --photographs ORDNER“ findet verschobene</translation>
+  </message>
+  <message>
+   <source>%1 missing from %2; %3</source>
+   <translation>%1 fehlt in %2; %3</translation>
+  </message>
+  <message>
+   <source>it has no document</source>
+   <translation>es hat kein Dokument</translation>
+  </message>
+  <message>
+   <source>reading all states</source>
+   <translation>alle Stände werden gelesen</translation>
+  </message>
+  <message>
+   <source>step %1 (%2): %3</source>
+   <translation>Schritt %1 (%2): %3</translation>
+  </message>
+  <message>
+   <source>%1 can be made again: %2</source>
+   <translation>%1 lässt sich neu erzeugen: %2</translation>
+  </message>
+  <message>
+   <source>Open the project in the window and make it again, or bring back %1</source>
+   <translation>Das Projekt im Fenster öffnen und neu erzeugen oder %1 zurückbringen</translation>
+  </message>
+  <message>
+   <source>has lost its %1 with its data folder</source>
+   <translation>hat %1 mit seinem Datenordner verloren</translation>
+  </message>
+  <message>
+   <source>making a small image</source>
+   <translation>kleines Bild wird erzeugt</translation>
+  </message>
+  <message>
+   <source>renaming %1</source>
+   <translation>%1 wird umbenannt</translation>
+  </message>
+  <message>
+   <source>cannot be the name of a project</source>
+   <translation>kann nicht der Name eines Projekts sein</translation>
+  </message>
+  <message>
+   <source>Choose a name without slashes</source>
+   <translation>Einen Namen ohne Schrägstriche wählen</translation>
+  </message>
+  <message>
+   <source>Choose another name</source>
+   <translation>Einen anderen Namen wählen</translation>
+  </message>
+  <message>
+   <source>moving %1 to the trash</source>
+   <translation>%1 kommt in den Papierkorb</translation>
+  </message>
+  <message>
+   <source>Remove %1 and %2 in your file manager</source>
+   <translation>%1 und %2 im Dateimanager entfernen</translation>
+  </message>
+  <message>
+   <source>cannot be moved to the trash of this system</source>
+   <translation>lässt sich nicht in den Papierkorb dieses Systems legen</translation>
+  </message>
+  <message>
+   <source>is no longer there</source>
+   <translation>ist nicht mehr da</translation>
+  </message>
+  <message>
+   <source>Look for it in your file manager</source>
+   <translation>Im Dateimanager danach suchen</translation>
+  </message>
+  <message>
+   <source>Close it there first</source>
+   <translation>Zuerst dort schließen</translation>
+  </message>
+  <message>
+   <source>stack %1</source>
+   <translation>Stapel %1</translation>
+  </message>
+ </context>
+ <context>
+  <name>session</name>
+  <message>
+   <source>some 10 s while nothing else runs</source>
+   <translation>etwa 10 s, während nichts anderes läuft</translation>
+  </message>
+ </context>
+ <context>
+  <name>several</name>
+  <message>
+   <source>%1 points…</source>
+   <translation>%1 Punkte…</translation>
+  </message>
+  <message>
+   <source>%1 samples</source>
+   <translation>%1 Abtastungen</translation>
+  </message>
+  <message>
+   <source>%1 of %2 · %3 textures</source>
+   <translation>%1 von %2 · %3 Texturen</translation>
+  </message>
+  <message>
+   <source>RMS × cos is lowest with %1 terms</source>
+   <translation>RMS × cos ist am kleinsten mit %1 Termen</translation>
+  </message>
+  <message>
+   <source>Held-out errors are best with %1 terms%2</source>
+   <translation>Validierungsfehler sind am besten mit %1 Termen%2</translation>
+  </message>
+  <message>
+   <source>Choose %1 terms of %2</source>
+   <translation>%1 Terme von %2 wählen</translation>
+  </message>
+  <message>
+   <source>%1, %2 terms</source>
+   <translation>%1, %2 Terme</translation>
+  </message>
+  <message>
+   <source>Export %1 targets</source>
+   <translation>%1 Ziele exportieren</translation>
+  </message>
+  <message>
+   <source>%1 settings measured so far.%2</source>
+   <translation>%1 Einstellungen bisher gemessen.%2</translation>
+  </message>
+  <message>
+   <source>%1 settings at %2 × %3</source>
+   <translation>%1 Einstellungen bei %2 × %3</translation>
+  </message>
+  <message>
+   <source>%1 settings measured</source>
+   <translation>%1 Einstellungen gemessen</translation>
+  </message>
+  <message>
+   <source>pays off after %1 frames against the reference</source>
+   <translation>lohnt sich gegenüber der Referenz nach %1 Bildern</translation>
+  </message>
+  <message>
+   <source>%1 projects</source>
+   <translation>%1 Projekte</translation>
+  </message>
+  <message>
+   <source>waiting for %1 to end</source>
+   <translation>wartet auf %1</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine</name>
+  <message>
+   <source>Sigma</source>
+   <translation>Sigma</translation>
+  </message>
+  <message>
+   <source>Fraction of the light that is reflected.</source>
+   <translation>Anteil des reflektierten Lichts.</translation>
+  </message>
+  <message>
+   <source>Reflectance of the facets.</source>
+   <translation>Reflexionsgrad der Facetten.</translation>
+  </message>
+  <message>
+   <source>Standard deviation of the facets' slope angle.</source>
+   <translation>Standardabweichung der Neigungswinkel der Facetten.</translation>
+  </message>
+  <message>
+   <source>Diffuse reflectance.</source>
+   <translation>Diffuser Reflexionsgrad.</translation>
+  </message>
+  <message>
+   <source>Strength of the highlight.</source>
+   <translation>Stärke des Glanzlichts.</translation>
+  </message>
+  <message>
+   <source>Weight along the surface; negative is forward, positive back.</source>
+   <translation>Gewicht längs der Fläche; negativ ist vorwärts, positiv zurück.</translation>
+  </message>
+  <message>
+   <source>Weight along the normal; only its ratio to the other counts.</source>
+   <translation>Gewicht längs der Normalen; nur das Verhältnis zum anderen zählt.</translation>
+  </message>
+  <message>
+   <source>Sharpness of the highlight.</source>
+   <translation>Schärfe des Glanzlichts.</translation>
+  </message>
+  <message>
+   <source>First lobe along the surface. </source>
+   <translation>Erste Keule längs der Fläche. </translation>
+  </message>
+  <message>
+   <source>First lobe along the normal. </source>
+   <translation>Erste Keule längs der Normalen. </translation>
+  </message>
+  <message>
+   <source>Sharpness of the first lobe.</source>
+   <translation>Schärfe der ersten Keule.</translation>
+  </message>
+  <message>
+   <source>Second lobe along the surface. </source>
+   <translation>Zweite Keule längs der Fläche. </translation>
+  </message>
+  <message>
+   <source>Second lobe along the normal. </source>
+   <translation>Zweite Keule längs der Normalen. </translation>
+  </message>
+  <message>
+   <source>Sharpness of the second lobe.</source>
+   <translation>Schärfe der zweiten Keule.</translation>
+  </message>
+  <message>
+   <source>Third lobe along the surface. </source>
+   <translation>Dritte Keule längs der Fläche. </translation>
+  </message>
+  <message>
+   <source>Third lobe along the normal. </source>
+   <translation>Dritte Keule längs der Normalen. </translation>
+  </message>
+  <message>
+   <source>Sharpness of the third lobe.</source>
+   <translation>Schärfe der dritten Keule.</translation>
+  </message>
+  <message>
+   <source>Alpha</source>
+   <translation>Alpha</translation>
+  </message>
+  <message>
+   <source>Alpha x</source>
+   <translation>Alpha x</translation>
+  </message>
+  <message>
+   <source>Alpha y</source>
+   <translation>Alpha y</translation>
+  </message>
+  <message>
+   <source>Root mean square slope of the facets.</source>
+   <translation>Quadratischer Mittelwert der Steigung der Facetten.</translation>
+  </message>
+  <message>
+   <source>Reflectance of the facets at normal incidence.</source>
+   <translation>Reflexionsgrad der Facetten bei senkrechtem Einfall.</translation>
+  </message>
+  <message>
+   <source>Width of the highlight.</source>
+   <translation>Breite des Glanzlichts.</translation>
+  </message>
+  <message>
+   <source>Reflectance at normal incidence.</source>
+   <translation>Reflexionsgrad bei senkrechtem Einfall.</translation>
+  </message>
+  <message>
+   <source>Width along the tangent.</source>
+   <translation>Breite längs der Tangente.</translation>
+  </message>
+  <message>
+   <source>Width across the tangent.</source>
+   <translation>Breite quer zur Tangente.</translation>
+  </message>
+  <message>
+   <source>Colour of the diffuse part, or of the metal.</source>
+   <translation>Farbe des diffusen Anteils oder des Metalls.</translation>
+  </message>
+  <message>
+   <source>0 for dielectrics, 1 for metals.</source>
+   <translation>0 für Nichtleiter, 1 für Metalle.</translation>
+  </message>
+  <message>
+   <source>Root of the width of the highlight.</source>
+   <translation>Wurzel der Breite des Glanzlichts.</translation>
+  </message>
+  <message>
+   <source>Share of the light scattered again between facets that is added: 0 in glTF, 1 in full.</source>
+   <translation>Anteil des zwischen Facetten mehrfach gestreuten Lichts, der hinzukommt: 0 in glTF, 1 ganz.</translation>
+  </message>
+  <message>
+   <source>Diffuse reflectance under the highlight.</source>
+   <translation>Diffuser Reflexionsgrad unter dem Glanzlicht.</translation>
+  </message>
+  <message>
+   <source>Reflectance of the highlight at normal incidence.</source>
+   <translation>Reflexionsgrad des Glanzlichts bei senkrechtem Einfall.</translation>
+  </message>
+  <message>
+   <source>Sharpness along the tangent.</source>
+   <translation>Schärfe längs der Tangente.</translation>
+  </message>
+  <message>
+   <source>Sharpness across the tangent.</source>
+   <translation>Schärfe quer zur Tangente.</translation>
+  </message>
+  <message>
+   <source>Base weight</source>
+   <translation>Grundgewicht</translation>
+  </message>
+  <message>
+   <source>Base diffuse roughness</source>
+   <translation>Diffuse Rauheit</translation>
+  </message>
+  <message>
+   <source>Base metalness</source>
+   <translation>Metallanteil</translation>
+  </message>
+  <message>
+   <source>Specular weight</source>
+   <translation>Spiegelgewicht</translation>
+  </message>
+  <message>
+   <source>Specular colour</source>
+   <translation>Spiegelfarbe</translation>
+  </message>
+  <message>
+   <source>Specular roughness</source>
+   <translation>Spiegelrauheit</translation>
+  </message>
+  <message>
+   <source>Specular ior</source>
+   <translation>Brechzahl</translation>
+  </message>
+  <message>
+   <source>Coat weight</source>
+   <translation>Lackgewicht</translation>
+  </message>
+  <message>
+   <source>Coat colour</source>
+   <translation>Lackfarbe</translation>
+  </message>
+  <message>
+   <source>Coat roughness</source>
+   <translation>Lackrauheit</translation>
+  </message>
+  <message>
+   <source>Coat ior</source>
+   <translation>Lack-Brechzahl</translation>
+  </message>
+  <message>
+   <source>Coat darkening</source>
+   <translation>Lackdunklung</translation>
+  </message>
+  <message>
+   <source>Fuzz weight</source>
+   <translation>Flaumgewicht</translation>
+  </message>
+  <message>
+   <source>Fuzz colour</source>
+   <translation>Flaumfarbe</translation>
+  </message>
+  <message>
+   <source>Fuzz roughness</source>
+   <translation>Flaumrauheit</translation>
+  </message>
+  <message>
+   <source>Thin film weight</source>
+   <translation>Filmanteil</translation>
+  </message>
+  <message>
+   <source>Thin film thickness</source>
+   <translation>Filmdicke</translation>
+  </message>
+  <message>
+   <source>Thin film ior</source>
+   <translation>Film-Brechzahl</translation>
+  </message>
+  <message>
+   <source>Specular roughness anisotropy</source>
+   <translation>Anisotropie</translation>
+  </message>
+  <message>
+   <source>Coat roughness anisotropy</source>
+   <translation>Lack-Anisotropie</translation>
+  </message>
+  <message>
+   <source>Factor on the diffuse and the metallic base.</source>
+   <translation>Faktor auf die diffuse und die metallische Grundschicht.</translation>
+  </message>
+  <message>
+   <source>Roughness of the diffuse part.</source>
+   <translation>Rauheit des diffusen Anteils.</translation>
+  </message>
+  <message>
+   <source>Factor on the reflectance of the facets.</source>
+   <translation>Faktor auf den Reflexionsgrad der Facetten.</translation>
+  </message>
+  <message>
+   <source>Tint of dielectric highlights, and of metals at 82 degrees.</source>
+   <translation>Tönung der Glanzlichter von Nichtleitern und der von Metallen bei 82 Grad.</translation>
+  </message>
+  <message>
+   <source>Index of refraction of the dielectric base.</source>
+   <translation>Brechzahl der nichtleitenden Grundschicht.</translation>
+  </message>
+  <message>
+   <source>Coverage of the clear coat.</source>
+   <translation>Deckung des Klarlacks.</translation>
+  </message>
+  <message>
+   <source>Colour that the coat lets through.</source>
+   <translation>Farbe, die der Lack durchlässt.</translation>
+  </message>
+  <message>
+   <source>Root of the width of the coat's highlight.</source>
+   <translation>Wurzel der Breite des Glanzlichts des Lacks.</translation>
+  </message>
+  <message>
+   <source>Index of refraction of the coat.</source>
+   <translation>Brechzahl des Lacks.</translation>
+  </message>
+  <message>
+   <source>Share of the darkening by light that the coat sends back.</source>
+   <translation>Anteil der Abdunkelung durch Licht, das der Lack zurückwirft.</translation>
+  </message>
+  <message>
+   <source>Coverage of the fuzz: fibres, or dust.</source>
+   <translation>Deckung des Flaums: Fasern oder Staub.</translation>
+  </message>
+  <message>
+   <source>Colour of the fuzz.</source>
+   <translation>Farbe des Flaums.</translation>
+  </message>
+  <message>
+   <source>Roughness of the fuzz.</source>
+   <translation>Rauheit des Flaums.</translation>
+  </message>
+  <message>
+   <source>Coverage of a thin film on the base.</source>
+   <translation>Deckung eines dünnen Films auf der Grundschicht.</translation>
+  </message>
+  <message>
+   <source>Thickness of the film.</source>
+   <translation>Dicke des Films.</translation>
+  </message>
+  <message>
+   <source>Index of refraction of the film.</source>
+   <translation>Brechzahl des Films.</translation>
+  </message>
+  <message>
+   <source>How far the highlight is drawn out.</source>
+   <translation>Wie stark das Glanzlicht gestreckt ist.</translation>
+  </message>
+  <message>
+   <source>The same for that of the coat.</source>
+   <translation>Dasselbe für das des Lacks.</translation>
+  </message>
+  <message>
+   <source>From the tangent to x, anticlockwise.</source>
+   <translation>Von der Tangente zu x, gegen den Uhrzeigersinn.</translation>
+  </message>
+  <message>
+   <source>Spacing</source>
+   <translation>Abstand</translation>
+  </message>
+  <message>
+   <source>Floor</source>
+   <translation>Boden</translation>
+  </message>
+  <message>
+   <source>Diffuse reflectance of cylinders and floor.</source>
+   <translation>Diffuser Reflexionsgrad von Zylindern und Boden.</translation>
+  </message>
+  <message>
+   <source>Strength of their highlight.</source>
+   <translation>Stärke ihres Glanzlichts.</translation>
+  </message>
+  <message>
+   <source>Sharpness of their highlight.</source>
+   <translation>Schärfe ihres Glanzlichts.</translation>
+  </message>
+  <message>
+   <source>Distance of the axes in radii; at 2 the cylinders touch.</source>
+   <translation>Abstand der Achsen in Radien; bei 2 berühren sich die Zylinder.</translation>
+  </message>
+  <message>
+   <source>Height of the floor above the axes in radii; at 1 it hides the cylinders.</source>
+   <translation>Höhe des Bodens über den Achsen in Radien; bei 1 verdeckt er die Zylinder.</translation>
+  </message>
+  <message>
+   <source>PBR textures, named and packed for a program</source>
+   <translation>PBR-Texturen, für ein Programm benannt und gepackt</translation>
+  </message>
+  <message>
+   <source>MaterialX: OpenPBR and glTF PBR surfaces</source>
+   <translation>MaterialX: OpenPBR- und glTF-PBR-Oberflächen</translation>
+  </message>
+  <message>
+   <source>glTF: a preview sphere with the material, as .glb</source>
+   <translation>glTF: eine Vorschaukugel mit dem Material, als .glb</translation>
+  </message>
+  <message>
+   <source>USD: a preview sphere with UsdPreviewSurface, as .usdz</source>
+   <translation>USD: eine Vorschaukugel mit UsdPreviewSurface, als .usdz</translation>
+  </message>
+  <message>
+   <source>Blender: a script and, where Blender is at hand, a .blend</source>
+   <translation>Blender: ein Skript und, wo Blender vorhanden ist, ein .blend</translation>
+  </message>
+  <message>
+   <source>GLSL, HLSL and OSL that evaluate the material itself</source>
+   <translation>GLSL, HLSL und OSL, die das Material selbst auswerten</translation>
+  </message>
+  <message>
+   <source>A page for any browser, and one for strict sites</source>
+   <translation>Eine Seite für jeden Browser und eine für strenge Websites</translation>
+  </message>
+  <message>
+   <source>RTI: .ptm, .rti and a tree for web viewers</source>
+   <translation>RTI: .ptm, .rti und ein Baum für Web-Betrachter</translation>
+  </message>
+  <message>
+   <source>BRDF tables (CSV, ALTA, MERL, RGL) and the nearest model</source>
+   <translation>BRDF-Tabellen (CSV, ALTA, MERL, RGL) und das nächste Modell</translation>
+  </message>
+  <message>
+   <source>Base colour, normal, roughness and the like, named and packed for a program</source>
+   <translation>Grundfarbe, Normale, Rauheit und Ähnliches, für ein Programm benannt und gepackt</translation>
+  </message>
+  <message>
+   <source>OpenPBR and glTF PBR surfaces as .mtlx</source>
+   <translation>OpenPBR- und glTF-PBR-Oberflächen als .mtlx</translation>
+  </message>
+  <message>
+   <source>A preview sphere with the material as .glb, for the web and engines</source>
+   <translation>Eine Vorschaukugel mit dem Material als .glb, für das Web und Engines</translation>
+  </message>
+  <message>
+   <source>A preview sphere with UsdPreviewSurface as .usdz, for pipelines and Quick Look</source>
+   <translation>Eine Vorschaukugel mit UsdPreviewSurface als .usdz, für Pipelines und Quick Look</translation>
+  </message>
+  <message>
+   <source>A script that makes two materials, PBR and the power law, and the .blend by Blender's module</source>
+   <translation>Ein Skript, das zwei Materialien anlegt, PBR und das Potenzgesetz, und das .blend mit Blenders Modul</translation>
+  </message>
+  <message>
+   <source>Shaders</source>
+   <translation>Shader</translation>
+  </message>
+  <message>
+   <source>A page with a light to drag, for any browser and for strict sites</source>
+   <translation>Eine Seite mit beweglichem Licht, für jeden Browser und für strenge Websites</translation>
+  </message>
+  <message>
+   <source>.ptm, .rti and a tree for web viewers, for conservators</source>
+   <translation>.ptm, .rti und ein Baum für Web-Betrachter, für Restauratoren</translation>
+  </message>
+  <message>
+   <source>BRDF tables</source>
+   <translation>BRDF-Tabellen</translation>
+  </message>
+  <message>
+   <source>CSV, ALTA, MERL, RGL, and the nearest model as MaterialX</source>
+   <translation>CSV, ALTA, MERL, RGL und das nächste Modell als MaterialX</translation>
+  </message>
+  <message>
+   <source>Parametrisation</source>
+   <translation>Parametrisierung</translation>
+  </message>
+  <message>
+   <source>Weighting</source>
+   <translation>Gewichtung</translation>
+  </message>
+  <message>
+   <source>Side</source>
+   <translation>Kante</translation>
+  </message>
+  <message>
+   <source>Products</source>
+   <translation>Produkte</translation>
+  </message>
+  <message>
+   <source>Max theta</source>
+   <translation>Max. Theta</translation>
+  </message>
+  <message>
+   <source>Epsilon</source>
+   <translation>Epsilon</translation>
+  </message>
+  <message>
+   <source>Metric</source>
+   <translation>Maß</translation>
+  </message>
+  <message>
+   <source>auto: of a formula, symmetric if its matrix is symmetric, otherwise svd; of a measurement these or a search, whichever is better in held-out regions of directions; nonnegative: no pair of directions is negative, and dark values are nearer, for some more squared error</source>
+   <translation>auto: bei einer Formel symmetrisch, wenn ihre Matrix symmetrisch ist, sonst svd; bei einer Messung diese oder eine Suche, je nachdem, was in zurückgehaltenen Richtungsbereichen besser ist; nonnegative: kein Richtungspaar ist negativ, und dunkle Werte sind näher, bei etwas größerem quadratischem Fehler</translation>
+  </message>
+  <message>
+   <source>Symmetric</source>
+   <translation>Symmetrisch</translation>
+  </message>
+  <message>
+   <source>Singular values</source>
+   <translation>Singulärwerte</translation>
+  </message>
+  <message>
+   <source>Power iteration</source>
+   <translation>Potenzmethode</translation>
+  </message>
+  <message>
+   <source>Non-negative</source>
+   <translation>Nichtnegativ</translation>
+  </message>
+  <message>
+   <source>One positive term</source>
+   <translation>Ein positiver Term</translation>
+  </message>
+  <message>
+   <source>Fixed (McCool)</source>
+   <translation>Fest (McCool)</translation>
+  </message>
+  <message>
+   <source>Search (Cole)</source>
+   <translation>Suche (Cole)</translation>
+  </message>
+  <message>
+   <source>light and viewer, or half and difference vector (Kautz and McCool's, for direct light); auto: the better one (separable methods)</source>
+   <translation>Licht und Blick oder Halb- und Differenzvektor (der von Kautz und McCool, für direktes Licht); auto: die bessere (separable Verfahren)</translation>
+  </message>
+  <message>
+   <source>Light and view</source>
+   <translation>Licht und Blick</translation>
+  </message>
+  <message>
+   <source>Half and difference</source>
+   <translation>Halb und Differenz</translation>
+  </message>
+  <message>
+   <source>The better one</source>
+   <translation>Die bessere</translation>
+  </message>
+  <message>
+   <source>hemisphere map of separable textures (orthographic; half-diff: polar, highlight at the pole); auto: best</source>
+   <translation>Abbildung der Halbkugel für separable Texturen (orthographisch; half-diff: polar, Glanzlicht am Pol); auto: die beste</translation>
+  </message>
+  <message>
+   <source>By directions</source>
+   <translation>Nach Richtungen</translation>
+  </message>
+  <message>
+   <source>Orthographic</source>
+   <translation>Orthographisch</translation>
+  </message>
+  <message>
+   <source>Polar</source>
+   <translation>Polar</translation>
+  </message>
+  <message>
+   <source>Parabolic</source>
+   <translation>Parabolisch</translation>
+  </message>
+  <message>
+   <source>The best one</source>
+   <translation>Die beste</translation>
+  </message>
+  <message>
+   <source>norm of the separable methods; auto: the one with the lower cosine-weighted error</source>
+   <translation>Norm der separablen Verfahren; auto: die mit dem kleineren kosinusgewichteten Fehler</translation>
+  </message>
+  <message>
+   <source>texels along a side of each map</source>
+   <translation>Texel je Kante jeder Karte</translation>
+  </message>
+  <message>
+   <source>most products of two maps</source>
+   <translation>Höchstzahl der Produkte zweier Karten</translation>
+  </message>
+  <message>
+   <source>most texels along a side of a texture</source>
+   <translation>Höchstzahl der Texel je Kante einer Textur</translation>
+  </message>
+  <message>
+   <source>most textures</source>
+   <translation>Höchstzahl der Texturen</translation>
+  </message>
+  <message>
+   <source>enforce reciprocity exactly (homomorphic and search)</source>
+   <translation>Reziprozität exakt erzwingen (homomorph und Suche)</translation>
+  </message>
+  <message>
+   <source>random starts of the search for each texture</source>
+   <translation>zufällige Starts der Suche je Textur</translation>
+  </message>
+  <message>
+   <source>textures solved for each projection tried</source>
+   <translation>gelöste Texturen je versuchter Projektion</translation>
+  </message>
+  <message>
+   <source>pairs of directions at which models are sampled</source>
+   <translation>Richtungspaare, an denen Modelle abgetastet werden</translation>
+  </message>
+  <message>
+   <source>largest angle of these pairs from the normal, for models only</source>
+   <translation>größter Winkel dieser Paare zur Normalen, nur für Modelle</translation>
+  </message>
+  <message>
+   <source>added before the logarithm, relative to the mean</source>
+   <translation>vor dem Logarithmus addiert, im Verhältnis zum Mittel</translation>
+  </message>
+  <message>
+   <source>error by which the search chooses projections: logarithms count dark and bright alike, and the cosine-weighted RMS, which bright values dominate, can rise with them; sq weighs bright values most</source>
+   <translation>Fehler, nach dem die Suche Projektionen wählt: Logarithmen zählen dunkel und hell gleich; der kosinusgewichtete RMS, den helle Werte bestimmen, kann dabei steigen; sq gewichtet helle Werte am stärksten</translation>
+  </message>
+  <message>
+   <source>default: terms, smoothness and size that are best on held-out regions; thesis: Cole's search</source>
+   <translation>default: Terme, Glättung und Größe, die in zurückgehaltenen Bereichen am besten sind; thesis: Coles Suche</translation>
+  </message>
+  <message>
+   <source>Ours</source>
+   <translation>Eigene</translation>
+  </message>
+  <message>
+   <source>As in the thesis</source>
+   <translation>Wie in der Dissertation</translation>
+  </message>
+  <message>
+   <source>seed of samples and starts: equal seeds give equal factors</source>
+   <translation>Startwert der Abtastungen und Starts: gleiche Startwerte ergeben gleiche Faktoren</translation>
+  </message>
+  <message>
+   <source>Angle of the brushing.</source>
+   <translation>Winkel der Bürstung.</translation>
+  </message>
+  <message>
+   <source>Theta</source>
+   <translation>Theta</translation>
+  </message>
+  <message>
+   <source>Phi</source>
+   <translation>Phi</translation>
+  </message>
+  <message>
+   <source>Turn from the viewer's side towards the right.</source>
+   <translation>Drehung von der Seite des Betrachters nach rechts.</translation>
+  </message>
+  <message>
+   <source>Angular radius; 0 is one direction.</source>
+   <translation>Winkelradius; 0 ist eine einzige Richtung.</translation>
+  </message>
+  <message>
+   <source>Linear RGB, times the irradiance.</source>
+   <translation>Lineares RGB, mal der Bestrahlungsstärke.</translation>
+  </message>
+  <message>
+   <source>Facing theta</source>
+   <translation>Theta (Ziel)</translation>
+  </message>
+  <message>
+   <source>Facing phi</source>
+   <translation>Phi (Ziel)</translation>
+  </message>
+  <message>
+   <source>A sphere, or one side of a rectangle or a disc.</source>
+   <translation>Eine Kugel oder eine Seite eines Rechtecks oder einer Scheibe.</translation>
+  </message>
+  <message>
+   <source>Where its centre is, in the model's own coordinates.</source>
+   <translation>Wo ihr Mittelpunkt ist, in den Koordinaten des Modells.</translation>
+  </message>
+  <message>
+   <source>Upwards.</source>
+   <translation>Nach oben.</translation>
+  </message>
+  <message>
+   <source>Towards the viewer.</source>
+   <translation>Zum Betrachter.</translation>
+  </message>
+  <message>
+   <source>Radius of the sphere or the disc; 0 is a point.</source>
+   <translation>Radius der Kugel oder Scheibe; 0 ist ein Punkt.</translation>
+  </message>
+  <message>
+   <source>Width of the rectangle.</source>
+   <translation>Breite des Rechtecks.</translation>
+  </message>
+  <message>
+   <source>Height of the rectangle.</source>
+   <translation>Höhe des Rechtecks.</translation>
+  </message>
+  <message>
+   <source>Direction it faces: angle from straight up.</source>
+   <translation>Blickrichtung: Winkel von senkrecht nach oben.</translation>
+  </message>
+  <message>
+   <source>Direction it faces: turn from +Z towards +X.</source>
+   <translation>Blickrichtung: Drehung von +Z nach +X.</translation>
+  </message>
+  <message>
+   <source>Turn of the rectangle about the direction it faces.</source>
+   <translation>Drehung des Rechtecks um seine Blickrichtung.</translation>
+  </message>
+  <message>
+   <source>Irradiance at distance d: power / (4 π d²); rectangle and disc power / (π d²).</source>
+   <translation>Bestrahlungsstärke im Abstand d: Leistung / (4 π d²); Rechteck und Scheibe Leistung / (π d²).</translation>
+  </message>
+  <message>
+   <source>Linear RGB, times the power.</source>
+   <translation>Lineares RGB, mal der Leistung.</translation>
+  </message>
+  <message>
+   <source>The photographs of the material under every light, without shadows</source>
+   <translation>Die Fotos des Materials unter jedem Licht, ohne Schatten</translation>
+  </message>
+  <message>
+   <source>Mat.</source>
+   <translation>Mat.</translation>
+  </message>
+  <message>
+   <source>whether two numbers for each texel take the place of the slices</source>
+   <translation>ob zwei Zahlen je Texel an die Stelle der Schichten treten</translation>
+  </message>
+  <message>
+   <source>Direct</source>
+   <translation>Direkt</translation>
+  </message>
+  <message>
+   <source>Path tracing with shadows; its noise falls with time</source>
+   <translation>Pfadverfolgung mit Schatten; ihr Rauschen nimmt mit der Zeit ab</translation>
+  </message>
+  <message>
+   <source>Ref.</source>
+   <translation>Ref.</translation>
+  </message>
+  <message>
+   <source>paths for each pixel</source>
+   <translation>Pfade je Pixel</translation>
+  </message>
+  <message>
+   <source>Light theta</source>
+   <translation>Elevation</translation>
+  </message>
+  <message>
+   <source>Light phi</source>
+   <translation>Azimut</translation>
+  </message>
+  <message>
+   <source>Environment rotation</source>
+   <translation>Drehung</translation>
+  </message>
+  <message>
+   <source>Angle of the light from straight up.</source>
+   <translation>Winkel des Lichts von senkrecht nach oben.</translation>
+  </message>
+  <message>
+   <source>Angle of the light around the vertical.</source>
+   <translation>Winkel des Lichts um die Senkrechte.</translation>
+  </message>
+  <message>
+   <source>Irradiance of the light, or the factor on the environment.</source>
+   <translation>Bestrahlungsstärke des Lichts oder Faktor auf die Umgebung.</translation>
+  </message>
+  <message>
+   <source>Rotation of the environment about +Y.</source>
+   <translation>Drehung der Umgebung um +Y.</translation>
+  </message>
+  <message>
+   <source>Repetitions of the material over one unit of texture coordinates.</source>
+   <translation>Wiederholungen des Materials über eine Einheit der Texturkoordinaten.</translation>
+  </message>
+  <message>
+   <source>Noise</source>
+   <translation>Rauschen</translation>
+  </message>
+  <message>
+   <source>Turn</source>
+   <translation>Drehung</translation>
+  </message>
+  <message>
+   <source>Order</source>
+   <translation>Ordnung</translation>
+  </message>
+  <message>
+   <source>Cube</source>
+   <translation>Würfel</translation>
+  </message>
+  <message>
+   <source>Fine</source>
+   <translation>Fein</translation>
+  </message>
+  <message>
+   <source>Near points</source>
+   <translation>Nahe Punkte</translation>
+  </message>
+  <message>
+   <source>Coefficients</source>
+   <translation>Koeffizienten</translation>
+  </message>
+  <message>
+   <source>Occluder cells</source>
+   <translation>Zellen</translation>
+  </message>
+  <message>
+   <source>Signs</source>
+   <translation>Vorzeichen</translation>
+  </message>
+  <message>
+   <source>Views</source>
+   <translation>Ansichten</translation>
+  </message>
+  <message>
+   <source>Weights</source>
+   <translation>Gewichte</translation>
+  </message>
+  <message>
+   <source>Compress</source>
+   <translation>Komprimieren</translation>
+  </message>
+  <message>
+   <source>bands of the spherical harmonics: more of them keep sharper light and highlights</source>
+   <translation>Bänder der Kugelflächenfunktionen: mehr behalten schärferes Licht und schärfere Glanzlichter</translation>
+  </message>
+  <message>
+   <source>include interreflection between parts of the model</source>
+   <translation>Wechselreflexion zwischen Teilen des Modells einschließen</translation>
+  </message>
+  <message>
+   <source>damp high bands against ringing, at the price of blurred light</source>
+   <translation>hohe Bänder gegen Überschwinger dämpfen, auf Kosten unschärferen Lichts</translation>
+  </message>
+  <message>
+   <source>Hanning</source>
+   <translation>Hanning</translation>
+  </message>
+  <message>
+   <source>Lanczos</source>
+   <translation>Lanczos</translation>
+  </message>
+  <message>
+   <source>points along the longest side of the grid at which light of near lamps is found; between them it is interpolated (as many as keep the error below 1 %%)</source>
+   <translation>Punkte längs der längsten Seite des Gitters, an denen das Licht naher Lampen bestimmt wird; dazwischen wird interpoliert (so viele, dass der Fehler unter 1 % bleibt)</translation>
+  </message>
+  <message>
+   <source>vary a parameter of the BRDF over the model, as in lightarc bake; twice at most</source>
+   <translation>einen Parameter der BRDF über das Modell variieren, wie bei „lightarc bake“; höchstens zweimal</translation>
+  </message>
+  <message>
+   <source>terms, products of a light and a view map, of the BRDF: glossy ones need more</source>
+   <translation>Terme, Produkte einer Licht- und einer Blickkarte, der BRDF: glänzende brauchen mehr</translation>
+  </message>
+  <message>
+   <source>wavelet coefficients kept for each vertex and term: more keep more shadow</source>
+   <translation>behaltene Wavelet-Koeffizienten je Eckpunkt und Term: mehr behalten mehr Schatten</translation>
+  </message>
+  <message>
+   <source>edge of the cube map of the light: more texels keep sharper shadows</source>
+   <translation>Kante der Würfelkarte des Lichts: mehr Texel behalten schärfere Schatten</translation>
+  </message>
+  <message>
+   <source>shaded by</source>
+   <translation>schattiert mit</translation>
+  </message>
+  <message>
+   <source>let shadows fall from a model simplified in a grid of N cells a side, with quicker rays (0: the model)</source>
+   <translation>Schatten eines vereinfachten Modells mit N Zellen je Seite verwenden, mit schnelleren Strahlen (0: das Modell)</translation>
+  </message>
+  <message>
+   <source>128 cells</source>
+   <translation>128 Zellen</translation>
+  </message>
+  <message>
+   <source>64 cells</source>
+   <translation>64 Zellen</translation>
+  </message>
+  <message>
+   <source>32 cells</source>
+   <translation>32 Zellen</translation>
+  </message>
+  <message>
+   <source>of the BRDF's textures; polar suits single terms of anisotropic ones</source>
+   <translation>der Texturen der BRDF; polar passt zu einzelnen Termen anisotroper</translation>
+  </message>
+  <message>
+   <source>norm in which terms are found; auto: the one with the lower cosine-weighted error</source>
+   <translation>Norm, in der Terme gesucht werden; auto: die mit dem kleineren kosinusgewichteten Fehler</translation>
+  </message>
+  <message>
+   <source>signed terms have the least squared error and may sum to less than black; nonnegative ones never do, and are nearer to dark values; auto: nonnegative ones where their errors are smaller</source>
+   <translation>vorzeichenbehaftete Terme haben den kleinsten quadratischen Fehler und können unter Schwarz fallen; nichtnegative nie, und sie sind näher an dunklen Werten; auto: nichtnegative, wo ihre Fehler kleiner sind</translation>
+  </message>
+  <message>
+   <source>mix in another BRDF with its own terms; its weight over the model is x, y or z across its bounding box or the luminance of an image at its texture coordinates: ggx:alpha=0.1:y; --brdf has what is left; can be given several times</source>
+   <translation>eine andere BRDF mit eigenen Termen beimischen; ihr Gewicht über das Modell ist x, y oder z durch seinen Quader oder die Leuchtdichte eines Bildes an seinen Texturkoordinaten</translation>
+  </message>
+  <message>
+   <source>multiply the outgoing radiance by an image at the texture coordinates</source>
+   <translation>die ausgehende Strahldichte an den Texturkoordinaten mit einem Bild multiplizieren</translation>
+  </message>
+  <message>
+   <source>Gaussians for each vertex and view: more follow partly shaded highlights</source>
+   <translation>Gauß-Funktionen je Eckpunkt und Ansicht: mehr folgen teilweise verschatteten Glanzlichtern</translation>
+  </message>
+  <message>
+   <source>include indirect glossy transfer</source>
+   <translation>indirekten glänzenden Transport einschließen</translation>
+  </message>
+  <message>
+   <source>directions of view, an icosahedron cut in three</source>
+   <translation>Blickrichtungen, ein dreifach unterteiltes Ikosaeder</translation>
+  </message>
+  <message>
+   <source>directions that each highlight is tabulated at</source>
+   <translation>Richtungen, an denen jedes Glanzlicht tabelliert wird</translation>
+  </message>
+  <message>
+   <source>bands of the spherical harmonics of the diffuse part</source>
+   <translation>Bänder der Kugelflächenfunktionen des diffusen Anteils</translation>
+  </message>
+  <message>
+   <source>edge of the cube map that visibility is counted over (64)</source>
+   <translation>Kante der Würfelkarte, über die die Sichtbarkeit gezählt wird (64)</translation>
+  </message>
+  <message>
+   <source>heights of the Gaussians: nearest to the highlight, or with all its energy; auto: the lower error of the radiance under --error-env, or in the studio</source>
+   <translation>Höhen der Gauß-Funktionen: dem Glanzlicht am nächsten oder mit seiner ganzen Energie; auto: der kleinere Fehler der Strahldichte</translation>
+  </message>
+  <message>
+   <source>store Gaussians in 8 bytes or fewer instead of 28</source>
+   <translation>Gauß-Funktionen in höchstens 8 statt 28 Bytes speichern</translation>
+  </message>
+  <message>
+   <source>Spherical harmonics</source>
+   <translation>Kugelflächenfunktionen</translation>
+  </message>
+  <message>
+   <source>spherical harmonics</source>
+   <translation>Kugelflächenfunktionen</translation>
+  </message>
+  <message>
+   <source>Baked spherical harmonics: shadows under any soft light</source>
+   <translation>Vorberechnete Kugelflächenfunktionen: Schatten unter jedem weichen Licht</translation>
+  </message>
+  <message>
+   <source>Wavelets</source>
+   <translation>Wavelets</translation>
+  </message>
+  <message>
+   <source>Baked wavelets: sharp shadows under any light</source>
+   <translation>Vorberechnete Wavelets: scharfe Schatten unter jedem Licht</translation>
+  </message>
+  <message>
+   <source>Wavel</source>
+   <translation>Wavel</translation>
+  </message>
+  <message>
+   <source>Gaussians</source>
+   <translation>Gauß-Funktionen</translation>
+  </message>
+  <message>
+   <source>Baked Gaussians: sharp highlights under any light</source>
+   <translation>Vorberechnete Gauß-Funktionen: scharfe Glanzlichter unter jedem Licht</translation>
+  </message>
+  <message>
+   <source>Gauss</source>
+   <translation>Gauß</translation>
+  </message>
+  <message>
+   <source>The BRDF alone under every light, with the shadows of all lights</source>
+   <translation>Nur die BRDF unter jedem Licht, mit den Schatten aller Lichter</translation>
+  </message>
+  <message>
+   <source>On a surface that faces the light.</source>
+   <translation>Auf einer dem Licht zugewandten Fläche.</translation>
+  </message>
+  <message>
+   <source>widths</source>
+   <translation>Bildbreiten</translation>
+  </message>
+  <message>
+   <source>As planned</source>
+   <translation>Wie geplant</translation>
+  </message>
+  <message>
+   <source>With</source>
+   <translation>Mit</translation>
+  </message>
+  <message>
+   <source>ACES</source>
+   <translation>ACES</translation>
+  </message>
+  <message>
+   <source>Ashikhmin–Shirley</source>
+   <translation>Ashikhmin–Shirley</translation>
+  </message>
+  <message>
+   <source>Average</source>
+   <translation>Mittelwert</translation>
+  </message>
+  <message>
+   <source>BRDF</source>
+   <translation>BRDF</translation>
+  </message>
+  <message>
+   <source>Cook–Torrance</source>
+   <translation>Cook–Torrance</translation>
+  </message>
+  <message>
+   <source>Crash reports</source>
+   <translation>Absturzberichte</translation>
+  </message>
+  <message>
+   <source>Disc</source>
+   <translation>Scheibe</translation>
+  </message>
+  <message>
+   <source>Rectangle</source>
+   <translation>Rechteck</translation>
+  </message>
+  <message>
+   <source>Edit</source>
+   <translation>Bearbeiten</translation>
+  </message>
+  <message>
+   <source>File</source>
+   <translation>Datei</translation>
+  </message>
+  <message>
+   <source>Help</source>
+   <translation>Hilfe</translation>
+  </message>
+  <message>
+   <source>FLIP</source>
+   <translation>FLIP</translation>
+  </message>
+  <message>
+   <source>Float</source>
+   <translation>Abdocken</translation>
+  </message>
+  <message>
+   <source>GGX, anisotropic</source>
+   <translation>GGX, anisotrop</translation>
+  </message>
+  <message>
+   <source>OpenPBR, anisotropic</source>
+   <translation>OpenPBR, anisotrop</translation>
+  </message>
+  <message>
+   <source>Lafortune</source>
+   <translation>Lafortune</translation>
+  </message>
+  <message>
+   <source>Lafortune, three lobes</source>
+   <translation>Lafortune, drei Keulen</translation>
+  </message>
+  <message>
+   <source>Lambert</source>
+   <translation>Lambert</translation>
+  </message>
+  <message>
+   <source>MaterialX</source>
+   <translation>MaterialX</translation>
+  </message>
+  <message>
+   <source>Metallic–roughness (glTF)</source>
+   <translation>Metallisch–Rauheit (glTF)</translation>
+  </message>
+  <message>
+   <source>Opacity</source>
+   <translation>Deckkraft</translation>
+  </message>
+  <message>
+   <source>OpenEXR</source>
+   <translation>OpenEXR</translation>
+  </message>
+  <message>
+   <source>OpenPBR</source>
+   <translation>OpenPBR</translation>
+  </message>
+  <message>
+   <source>Oren–Nayar</source>
+   <translation>Oren–Nayar</translation>
+  </message>
+  <message>
+   <source>Poulin–Fournier</source>
+   <translation>Poulin–Fournier</translation>
+  </message>
+  <message>
+   <source>Phong</source>
+   <translation>Phong</translation>
+  </message>
+  <message>
+   <source>Ward</source>
+   <translation>Ward</translation>
+  </message>
+  <message>
+   <source>glTF</source>
+   <translation>glTF</translation>
+  </message>
+  <message>
+   <source>sRGB</source>
+   <translation>sRGB</translation>
+  </message>
+  <message>
+   <source>Primer</source>
+   <translation>Primer</translation>
+  </message>
+  <message>
+   <source>Peak</source>
+   <translation>Spitze</translation>
+  </message>
+  <message>
+   <source>Overcast sky</source>
+   <translation>Bedeckter Himmel</translation>
+  </message>
+  <message>
+   <source>Studio</source>
+   <translation>Studio</translation>
+  </message>
+  <message>
+   <source>Clear sky, sun at 60°</source>
+   <translation>Klarer Himmel, Sonne bei 60°</translation>
+  </message>
+  <message>
+   <source>Clear sky, sun at 30°</source>
+   <translation>Klarer Himmel, Sonne bei 30°</translation>
+  </message>
+  <message>
+   <source>Clear sky, sun at 10°</source>
+   <translation>Klarer Himmel, Sonne bei 10°</translation>
+  </message>
+  <message>
+   <source>Sunset, sun at 2°</source>
+   <translation>Sonnenuntergang, Sonne bei 2°</translation>
+  </message>
+  <message>
+   <source>Three softboxes</source>
+   <translation>Drei Softboxen</translation>
+  </message>
+  <message>
+   <source>Ring light</source>
+   <translation>Ringlicht</translation>
+  </message>
+  <message>
+   <source>Strip lights</source>
+   <translation>Lichtleisten</translation>
+  </message>
+  <message>
+   <source>Room with a window</source>
+   <translation>Raum mit Fenster</translation>
+  </message>
+  <message>
+   <source>Save image</source>
+   <translation>Bild speichern</translation>
+  </message>
+  <message>
+   <source>Save turntable</source>
+   <translation>Drehung speichern</translation>
+  </message>
+  <message>
+   <source>Save the plots as SVG and CSV</source>
+   <translation>Diagramme als SVG und CSV speichern</translation>
+  </message>
+  <message>
+   <source>Size of the sample by its scale; ≈ where that is an estimate from the camera's notes</source>
+   <translation>Größe der Probe nach ihrem Maßstab; ≈ bei einer Schätzung aus den Angaben der Kamera</translation>
+  </message>
+  <message>
+   <source>slice 0 is black by definition; the darkest photograph has a mean radiance of %1</source>
+   <translation>Schicht 0 ist definitionsgemäß schwarz; das dunkelste Foto hat eine mittlere Strahldichte von %1</translation>
+  </message>
+  <message>
+   <source>slice 0 is black by definition; the darkest photograph has a mean radiance of %1, %2 slices between them are darkened copies of it</source>
+   <translation>Schicht 0 ist definitionsgemäß schwarz; das dunkelste Foto hat eine mittlere Strahldichte von %1, %2 Schichten dazwischen sind abgedunkelte Kopien davon</translation>
+  </message>
+  <message>
+   <source>assumed</source>
+   <translation>angenommen</translation>
+  </message>
+  <message>
+   <source>exact</source>
+   <translation>genau</translation>
+  </message>
+  <message>
+   <source>good</source>
+   <translation>gut</translation>
+  </message>
+  <message>
+   <source>note</source>
+   <translation>Hinweis</translation>
+  </message>
+  <message>
+   <source>warning</source>
+   <translation>Warnung</translation>
+  </message>
+  <message>
+   <source>bad</source>
+   <translation>schlecht</translation>
+  </message>
+  <message>
+   <source>problem</source>
+   <translation>Problem</translation>
+  </message>
+  <message>
+   <source>auto</source>
+   <translation>automatisch</translation>
+  </message>
+  <message>
+   <source>Closes the dock widget</source>
+   <translation>Schließt den Bereich</translation>
+  </message>
+  <message>
+   <source>Undocks and re-attaches the dock widget</source>
+   <translation>Löst den Bereich und dockt ihn wieder an</translation>
+  </message>
+  <message>
+   <source>Scroll Left</source>
+   <translation>Nach links</translation>
+  </message>
+  <message>
+   <source>Scroll Right</source>
+   <translation>Nach rechts</translation>
+  </message>
+  <message>
+   <source>One-lobe Lafortune fits of the 100 MERL materials</source>
+   <translation>Anpassungen der 100 MERL-Materialien mit einer Lafortune-Keule</translation>
+  </message>
+  <message>
+   <source>Three-lobe Lafortune fits of measured materials, published by S. Westin, Cornell Program of Computer Graphics</source>
+   <translation>Anpassungen gemessener Materialien mit drei Lafortune-Keulen, veröffentlicht von S. Westin, Cornell Program of Computer Graphics</translation>
+  </message>
+  <message>
+   <source>%1 left</source>
+   <translation>noch %1</translation>
+  </message>
+  <message>
+   <source>Power</source>
+   <translation>Leistung</translation>
+  </message>
+ </context>
+</TS>
