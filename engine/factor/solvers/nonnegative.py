@@ -4,7 +4,8 @@ Hierarchical alternating least squares (Cichocki2009): column by column each sid
 to zero where it is below. Every step lowers the error, and the work is two products with M an iteration. The minimum is
 a local one, so several starts are tried, the positive parts of singular vectors (Boutsidis2008) and random ones of
 `seed`, and the best after a few iterations goes on. The terms of fewer are not the first of more. Bound by the products
-of M with K vectors.
+of M with K vectors, which are taken in single precision: they are twice as quick, and the error falls by parts of a
+thousand when it rests.
 """
 
 from __future__ import annotations
@@ -101,9 +102,10 @@ Sides = tuple[Floats, Floats]
 def _iterate(matrix: Floats, starts: Sequence[Sides], iterations: int) -> list[Sides]:
     """Iterate from each of `starts`; products with `matrix`, which is read from memory, are those of all at once."""
     lefts, rights = ([side.copy() for side in sides] for sides in zip(*starts, strict=True))
+    single = matrix.astype(np.float32)
     for _ in range(iterations):
-        for sides, others, whole in ((lefts, rights, matrix), (rights, lefts, matrix.T)):
-            products = np.split(whole @ np.hstack(others), len(others), axis=1)
+        for sides, others, whole in ((lefts, rights, single), (rights, lefts, single.T)):
+            products = np.split(whole @ np.hstack(others).astype(np.float32), len(others), axis=1)
             for side, other, along in zip(sides, others, products, strict=True):
                 gram = other.T @ other
                 for k in range(side.shape[1]):
