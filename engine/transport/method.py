@@ -281,7 +281,7 @@ METHODS: tuple[Method, ...] = (
         "engine.transport.wavelet_method",
         "engine.gl.wavelet",
         "engine.planning.methods.wavelet",
-        _GLOSSY | {"self-shadowing", "all-frequency-light", "sun-split"},
+        _GLOSSY | {"self-shadowing", "interreflection", "all-frequency-light", "sun-split"},
         always=frozenset({"self-shadowing"}),
         on_cluster=True,
         shares_rays=True,

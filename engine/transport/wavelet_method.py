@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from engine.brdf.brdf import Brdf
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent
-from engine.core.steps import Step, Steps, part
+from engine.core.steps import Step, Steps, drain, part
 from engine.factor.factor_file import open_reflectance
 from engine.factor.separable_factors import SeparableFactors
 from engine.light.environment import EnvironmentMap
@@ -22,7 +22,7 @@ from engine.transport.baking.blend import blend_from_text, mixture, together
 from engine.transport.baking.file import TransportFile
 from engine.transport.baking.occluder import occluder_error
 from engine.transport.baking.radiance_error import error_lines, error_record, rounding_lines
-from engine.transport.baking.settings import ERROR_VERTICES, WaveletLight, WaveletSettings
+from engine.transport.baking.settings import BOUNCES, ERROR_VERTICES, WaveletLight, WaveletSettings
 from engine.transport.method import Relight, Subject
 from engine.transport.relight import Illuminated, Light, RelightWavelets
 from engine.transport.shared_rays import Make, wavelet_maker
@@ -39,7 +39,10 @@ casts_rays = wavelet_bake.casts_rays
 
 def bake_settings(settings: WaveletSettings) -> wavelet_bake.BakeSettings:
     """Settings of the bake; ValueError for impossible ones."""
-    return wavelet_bake.BakeSettings(settings.cube, settings.coefficients, settings.fine, settings.occluder_cells)
+    bounces = BOUNCES if settings.interreflection else 0
+    return wavelet_bake.BakeSettings(
+        settings.cube, settings.coefficients, settings.fine, settings.occluder_cells, bounces
+    )
 
 
 def prepare(
@@ -70,7 +73,8 @@ def again(file: TransportFile, brdf: Brdf, kept: Path | None) -> Steps[wavelet_b
     before = transport_of(file)
     if before.mixture is not None:
         raise UsageError(f"{file.path} mixes several BRDFs; bake again with other ones")
-    settings = wavelet_bake.BakeSettings(**{name: file.settings[name] for name in asdict(wavelet_bake.BakeSettings())})
+    named = {name: file.settings.get(name, value) for name, value in asdict(wavelet_bake.BakeSettings()).items()}
+    settings = wavelet_bake.BakeSettings(**named)
     yield Step(0.0, "factoring the BRDF")
     kind = before.factors.hemisphere_map.kind
     terms = max(before.factors.terms, WaveletSettings.terms)
@@ -89,6 +93,7 @@ def parameters(work: wavelet_bake.Work, settings: WaveletSettings) -> dict[str, 
     """The settings of a bake as its record states them."""
     return {
         "terms": work.factors.terms,
+        "bounces": work.settings.bounces,
         "cube": work.settings.edge,
         "coefficients": work.settings.coefficients,
         "fine": work.settings.fine,
@@ -134,7 +139,9 @@ def figures(_work: wavelet_bake.Work, baked: wavelet_bake.Baked, _prepared_s: fl
         "vectors": baked.transport.rows,
         "coefficients_kept_mean": float(baked.transport.vectors.counts.mean()),
         "rounding_error_rel": rounding_error(baked.file),
-        "skipped": [],
+        "skipped": []
+        if baked.transport.bounces is not None
+        else ["No light between parts of the model; --interreflection adds it."],
         "warnings": [],
     }
 
@@ -238,8 +245,9 @@ def complete(transport: WaveletTransport, _work: wavelet_bake.Work, _chosen: NDA
 
 def hold(transport: WaveletTransport) -> list[NDArray[Any]]:
     """The maps and the vectors."""
-    of, vectors = transport.factors, transport.vectors
-    return [of.first, of.second, vectors.indices, vectors.words, vectors.peaks, vectors.counts]
+    of, several = transport.factors, [transport.vectors, *([transport.bounces] if transport.bounces else [])]
+    arrays = [array for each in several for array in (each.indices, each.words, each.peaks, each.counts)]
+    return [of.first, of.second, *arrays]
 
 
 def edge_of(settings: WaveletSettings) -> int:
@@ -274,4 +282,5 @@ def rows_of(work: wavelet_bake.Work) -> int:
 def assemble(work: wavelet_bake.Work, arrays: Mapping[str, NDArray[Any]]) -> WaveletTransport:
     """The vectors with their factors."""
     parts = (work.surface, work.ground_vertex, work.factors, work.ground_albedo, work.settings.edge)
-    return WaveletTransport(*parts, vectors_of(arrays))
+    bounces = vectors_of(drain(wavelet_bake.reflect(work, dict(arrays)))) if work.settings.bounces else None
+    return WaveletTransport(*parts, vectors_of(arrays), None, bounces)

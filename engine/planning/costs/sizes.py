@@ -47,13 +47,14 @@ def spherical_harmonics(setting: Setting, load: Load) -> Sizes:
 
 
 def wavelets(setting: Setting, load: Load) -> Sizes:
-    """Two and four bytes for each coefficient and fourteen for each vector, and maps of each term."""
+    """Two and four bytes for each coefficient, fourteen for each vector, both again for bounces, and maps of terms."""
     terms, edge = setting["terms"], setting["cube"]
     kept = min(setting["coefficients"], FACES * edge * edge)
     rows = load.model * terms + load.ground
     maps = 12 * terms * wavelet_bake.MAP_SIZE**2
-    chunks = _chunks(load, max(1, wavelet_bake.CHUNK_TEXELS // (FACES * edge * edge)))
-    streamed = [2 * kept * rows, 4 * kept * rows, 12 * rows, 2 * rows]
+    parts = 2 if setting["interreflection"] else 1
+    chunks = parts * _chunks(load, max(1, wavelet_bake.CHUNK_TEXELS // (FACES * edge * edge)))
+    streamed = [parts * size * rows for size in (2 * kept, 4 * kept, 12, 2)]
     file = _file([*_mesh(load), maps, maps, 8 * (chunks + 1), *streamed], chunks)
     return Sizes(file, load.mesh_bytes + 2 * maps + sum(streamed) + 24 * rows)
 

@@ -97,6 +97,9 @@ class WaveletSettings:
         offered=tuple((kept, str(kept)) for kept in (32, 64, 96, 200, 400)),
         doc="wavelet coefficients kept for each vertex and term: more keep more shadow",
     )
+    interreflection: bool | None = flag(
+        None, sweep=(0, 1), offered=AS_PLANNED, doc="include interreflection between parts of the model"
+    )
     cube: int = whole(
         64,
         2,

@@ -65,12 +65,12 @@ def reflections(
 def _rays(around: Surroundings, vertices: NDArray[np.int64]) -> tuple[Vectors, NDArray[np.float32]]:
     """Origins and directions (B D, 3), as dense as the cosine and rotated for each vertex."""
     rays: tuple[Vectors, NDArray[np.float32]] = visibility_kernel.hemisphere_rays(
-        vertices, around.of.origin, around.of.normal, _pattern(around.rays)
+        vertices, around.of.origin, around.of.normal, make_pattern(around.rays)
     )
     return rays
 
 
-def _pattern(count: int) -> Vectors:
+def make_pattern(count: int) -> Vectors:
     """(count, 3) directions about +z in a spiral, as dense as the cosine."""
     index = np.arange(count)
     radius, azimuth = np.sqrt((index + 0.5) / count), index * np.pi * (3.0 - np.sqrt(5.0))

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
+from engine.core.errors import UsageError
 from engine.core.figure_text import size_text
 from engine.core.params import check_values
 from engine.core.steps import Step, Steps, part
@@ -36,6 +37,7 @@ from engine.transport.baking.chunks import estimate_s as estimate_chunks_s
 from engine.transport.baking.file import (
     TransportFile,
     TransportPlan,
+    TransportWriter,
     open_transport,
     plan_transport,
     read_as,
@@ -43,9 +45,10 @@ from engine.transport.baking.file import (
 )
 from engine.transport.baking.occluder import Occluder, simplify
 from engine.transport.baking.settings import Signs, WaveletSettings
-from engine.transport.baking.visibility import Receivers, portion, visibility_shares
+from engine.transport.baking.visibility import Receivers, portion, receivers, visibility_shares
 from engine.transport.baking.visibility_record import is_kept, keep_visibility
 from engine.transport.wavelet.haar import FACES, check_edge
+from engine.transport.wavelet.interreflection import Surroundings, reflections
 from engine.transport.wavelet.quantise import STEP
 from engine.transport.wavelet.transfer import (
     DIFFUSE,
@@ -85,15 +88,20 @@ class BakeSettings:
     coefficients : kept for each vector at most.
     fine : into fine² parts a texel is cut where visibility changes; 1 leaves it whole.
     occluder_cells : cells of the grid in which what casts shadows is simplified (`occluder`); 0 for the model itself.
+    bounces : reflections between parts of the model on the way of light, 0 … 16; gather : rays of each.
     """
 
     edge: int = WaveletSettings.cube
     coefficients: int = WaveletSettings.coefficients
     fine: int = WaveletSettings.fine
     occluder_cells: int = WaveletSettings.occluder_cells
+    bounces: int = 0
+    gather: int = 256
 
     def __post_init__(self) -> None:
         check_edge(self.edge)
+        if not (0 <= self.bounces <= 16 and 16 <= self.gather <= 1 << 16):
+            raise UsageError(f"{self.bounces} bounces (0 … 16) of {self.gather} rays (16 … 65536) are not possible")
         check_values(
             WaveletSettings, coefficients=self.coefficients, fine=self.fine, occluder_cells=self.occluder_cells
         )
@@ -175,7 +183,8 @@ def factors_of_each(
     These are `signed`: sums that are negative in places, which are drawn black. In their place come `nonnegative` ones
     of as many terms, which are not nested; `auto` takes them where the others are negative, the product of linear and
     logarithmic error at pairs of directions that made neither is smaller, and the linear one at most `MORE_ERROR`
-    times as large.
+    times as large. They take the norm that the others were best in, which is the better one for them too or within 1 %
+    of it, and they take most of the time.
     """
     if isinstance(brdf, SeparableFactors):
         check_factors(brdf)
@@ -198,7 +207,13 @@ def factors_of_each(
     for terms in counts if signs != "signed" else ():
         if first[terms].negative_energy(pairs.wi, pairs.wo) > (0.0 if signs == "nonnegative" else MAX_BELOW_ZERO):
             steps = separate(
-                brdf, hemisphere_map, terms, method="nonnegative", weighting=weighting, reference=pairs, shared=True
+                brdf,
+                hemisphere_map,
+                terms,
+                method="nonnegative",
+                weighting=found.weighting,
+                reference=pairs,
+                shared=True,
             )
             positive = replace((yield from part(steps, 1.0, 1.0)).factors, name=name)
             if signs == "nonnegative" or _is_better(positive, first[terms], pairs):
@@ -238,7 +253,11 @@ def lay_out(
     check_factors(factors)
     if mixture is not None:
         check_mixture(mixture, factors, first)
+    if mixture is not None and settings.bounces:
+        raise UsageError("interreflection is baked for one BRDF, not for one that varies or is coloured by an image")
     rows = row_bounds(len(surface.positions), first, factors.terms, settings.edge)
+    if settings.bounces:  # the vectors of bounces follow
+        rows = np.concatenate([rows, rows[-1] + rows[1:]])
     plan = plan_transport(
         KIND,
         surface,
@@ -300,11 +319,15 @@ def bake(path: str | os.PathLike[str], work: Work, cluster: str | None = None) -
     yield Step(0.0, f"preparing {work.vertices:,} vertices, {size_text(work.size_bytes)}")
     started = time.perf_counter()
     of = keep_visibility(work.occluder.receivers(work.surface), work.kept)
+    share = 0.7 if work.settings.bounces else 1.0
     with writing(path, work.plan) as writer:
-        missing = list(writer.missing)
         recipe = recipe_of(work, of)
+        sizes, missing = np.diff(recipe["bounds"]), list(writer.missing)
         remote = Remote(cluster, maker, recipe) if cluster else None
-        visibility_s = yield from fill(writer, _Baker(recipe, of), missing, np.diff(recipe["bounds"]), remote)
+        direct = [chunk for chunk in missing if chunk < len(sizes)]
+        visibility_s = yield from part(fill(writer, _Baker(recipe, of), direct, sizes, remote), 0.0, share)
+        if len(missing) > len(direct):
+            yield from part(_add_bounces(work, writer, recipe), share, 1.0)
         yield Step(1.0, "writing")
     bake_s = time.perf_counter() - started
     file = open_transport(path)
@@ -312,6 +335,27 @@ def bake(path: str | os.PathLike[str], work: Work, cluster: str | None = None) -
     return Baked(
         transport_of(file), file, bake_s, visibility_s, work.plan.chunks - len(missing), work.plan.chunks, free
     )
+
+
+def _add_bounces(work: Work, writer: TransportWriter, recipe: Recipe) -> Steps[None]:
+    """Put the chunks of bounces, which follow those of direct light."""
+    chunks = len(recipe["bounds"]) - 1
+    parts = [writer.get(chunk) for chunk in range(chunks)]
+    found = yield from reflect(work, {name: np.concatenate([each[name] for each in parts]) for name in parts[0]})
+    ends = np.cumsum([len(each["counts"]) for each in parts])
+    for chunk, (stop, each) in enumerate(zip(ends, parts, strict=True)):
+        rows = slice(stop - len(each["counts"]), stop)
+        writer.put(chunks + chunk, {name: array[rows] for name, array in found.items()})
+
+
+def reflect(work: Work, direct: dict[str, NDArray[Any]]) -> Steps[dict[str, NDArray[Any]]]:
+    """The vectors of bounces that belong to the `direct` ones of all vertices of `work`."""
+    surface, settings = work.surface, work.settings
+    frames = vertex_frames(surface, work.factors.isotropic)
+    first, albedo = work.ground_vertex, work.ground_albedo
+    around = Surroundings(surface, receivers(surface), frames, work.factors, first, albedo, settings.gather)
+    bounds = vertex_bounds(work.vertices, first, settings.edge)
+    return (yield from reflections(around, direct, settings.bounces, bounds))
 
 
 def recipe_of(work: Work, of: Receivers) -> Recipe:
@@ -386,7 +430,7 @@ def bake_in_memory(work: Work, vertices: NDArray[np.int64]) -> Iterator[tuple[ND
 
 
 def casts_rays(work: Work) -> bool:
-    """False where the record of visibility holds all that the bake needs."""
+    """False where the record of visibility holds all that the bake needs, but for the few rays of bounces."""
     of = keep_visibility(work.occluder.receivers(work.surface), work.kept)
     return not is_kept(of, work.settings.edge, work.settings.fine)
 
@@ -413,17 +457,22 @@ def _transport_of(file: TransportFile) -> WaveletTransport:
     hemisphere_map = HemisphereMap(settings["map"], settings["map_size"])
     words = (bool(settings["isotropic"]), bool(settings["reciprocal"]), str(settings["brdf"]))
     factors = SeparableFactors(hemisphere_map, "in-out", file.arrays["view_maps"], file.arrays["light_maps"], *words)
-    transport = WaveletTransport(
+    vectors = vectors_of(file.arrays)
+    vectors.check(int(settings["edge"]))
+    bounces = None
+    if settings.get("bounces"):
+        rows = len(vectors.counts) // 2
+        vectors, bounces = vectors.select(slice(0, rows)), vectors.select(slice(rows, None))
+    return WaveletTransport(
         file.mesh,
         int(settings["ground_vertex"]),
         factors,
         float(settings["ground_albedo"]),
         int(settings["edge"]),
-        vectors_of(file.arrays),
+        vectors,
         _mixture_of(file),
+        bounces,
     )
-    transport.vectors.check(transport.edge)
-    return transport
 
 
 def _mixture_of(file: TransportFile) -> Mixture | None:

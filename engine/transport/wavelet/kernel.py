@@ -171,7 +171,7 @@ def transfer(
                 for n in range(number):
                     for channel in range(3):
                         values[n, channel] = cube[channel if planes == 3 else 0, kept[n]]
-                counts[v, k] = _store(values[:number], kept, step, indices[v, k], words[v, k], peaks[v, k])
+                counts[v, k] = store_vector(values[:number], kept, step, indices[v, k], words[v, k], peaks[v, k])
 
 
 @scalar
@@ -202,7 +202,7 @@ def _project(
 
 
 @scalar
-def _store(values: Floats, kept: Integers, step: int, index: Integers, word: Integers, peak: Floats) -> int:
+def store_vector(values: Floats, kept: Integers, step: int, index: Integers, word: Integers, peak: Floats) -> int:
     """Quantise `values` (n, 3) and keep those that are not all 0 then; how many."""
     exact = 0
     while exact < len(values) and kept[exact] < FACES:

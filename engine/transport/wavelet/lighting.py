@@ -3,7 +3,8 @@
 A sun in the map would erase the sky (one scale for all quantised coefficients), so it is split off
 (`engine.light.sun_split`) and falls on each vertex as a lamp does: its irradiance times visibility, by a ray, times
 cosine and light maps. Lamps of the scene do the same. That costs a ray for each vertex and direction, and only when
-lamps or model change. For light that changes step by step, `engine.transport.wavelet.relight` spares what stays.
+lamps or model change. Interreflection of lamps is that of narrow lobes of light in the map. For light that changes
+step by step, `engine.transport.wavelet.relight` spares what stays.
 """
 
 from __future__ import annotations
@@ -20,8 +21,12 @@ from engine.light.cube_map import cube_of
 from engine.light.environment import DistantLights, EnvironmentMap
 from engine.light.lamps import Lamp, lights_of_all
 from engine.light.sun_split import split_sun
+from engine.transport.wavelet.haar import FACES
 from engine.transport.wavelet.quantise import THRESHOLD, WaveletLight, encode_light
-from engine.transport.wavelet.transfer import WaveletTransport, relight_transport
+from engine.transport.wavelet.transfer import WaveletTransport, cube_texels, reflect_light, relight_transport
+
+#: Standard deviation in rad of the lobes that lamps are for interreflection, some texels of its vectors.
+LOBE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +89,7 @@ def _scale(lamp: Lamp, factor: float) -> Lamp:
 def tuples(transport: WaveletTransport, lighting: Lighting) -> NDArray[np.float64]:
     """The light-modulated K-tuples (R, 3) under all the light, mixed where the transport has a mixture."""
     rows = relight_transport(transport, lighting.light)
+    rows += reflect_light(transport, lighting.light)
     if len(lighting.directional.direction):
         rows += lamp_tuples(transport, lighting.directional)
     return mix(transport, rows)
@@ -94,11 +100,22 @@ def mix(transport: WaveletTransport, rows: NDArray[np.float64]) -> NDArray[np.fl
     return rows if transport.mixture is None else transport.mixture.applied(rows)
 
 
+def _lobes(lights: DistantLights, edge: int) -> WaveletLight:
+    """Lobes as wide as `LOBE` with the irradiance of `lights`, as wavelets of an `edge`."""
+    texels, radiance = cube_texels(edge), np.zeros((FACES * edge * edge, 3))
+    for direction, irradiance in zip(lights.direction, lights.irradiance, strict=True):
+        lobe = np.exp((texels.direction @ direction - 1.0) / LOBE**2)
+        radiance += lobe[:, None] * (irradiance / (lobe @ texels.area))
+    return encode_light(radiance.reshape(FACES, edge, edge, 3), 0)
+
+
 def lamp_tuples(transport: WaveletTransport, lights: DistantLights) -> NDArray[np.float64]:
     """The K-tuples (R, 3) of directional lights, with shadows from one ray for each vertex and light."""
     of = transport.receivers
     first, terms, factors = transport.ground_vertex, transport.factors.terms, transport.factors
     rows = np.zeros((transport.rows, 3))
+    if transport.bounces is not None:
+        rows += reflect_light(transport, _lobes(lights, transport.edge))
     model = rows[: first * terms].reshape(first, terms, 3)
     for direction, irradiance in zip(lights.direction, lights.irradiance, strict=True):
         local = np.einsum("nij,i->nj", transport.frames, direction)

@@ -17,7 +17,7 @@ from engine.light.lamps import Lamp
 from engine.transport.wavelet.kernel import add_changes, by_coefficient, finish_sums
 from engine.transport.wavelet.lighting import Lighting, lamp_tuples, mix
 from engine.transport.wavelet.quantise import WaveletLight
-from engine.transport.wavelet.transfer import WaveletTransport, relight_transport
+from engine.transport.wavelet.transfer import WaveletTransport, reflect_light, relight_transport
 
 #: Adding changes is taken where they touch less than this share of all kept coefficients: one thread, for which they
 #: lie anywhere in memory, takes several times as long for each as the threads of a fresh sum.
@@ -39,7 +39,7 @@ class Relighter:
 
     def tuples(self, lighting: Lighting) -> NDArray[np.float64]:
         """The light-modulated K-tuples (R, 3) under `lighting`, mixed where the transport has a mixture."""
-        rows = self._under(lighting.light).copy()
+        rows = self._under(lighting.light) + reflect_light(self.transport, lighting.light)
         if len(lighting.directional.direction):
             if self._lamps is None or self._lamps[0] != lighting.lamps:
                 self._lamps = lighting.lamps, lamp_tuples(self.transport, lighting.directional)

@@ -61,6 +61,10 @@ class Vectors16:
     peaks: NDArray[np.float32]
     counts: NDArray[np.uint16]
 
+    def select(self, rows: slice) -> Vectors16:
+        """The vectors in some `rows`."""
+        return Vectors16(self.indices[rows], self.words[rows], self.peaks[rows], self.counts[rows])
+
     def check(self, edge: int) -> None:
         """ValueError where the arrays do not fit together or name coefficients that faces of `edge` do not have."""
         kinds = (self.indices, np.uint16, 2), (self.words, np.uint32, 2), (self.peaks, np.float32, 2)
@@ -89,6 +93,7 @@ class WaveletTransport:
     edge : of the faces of the cube maps of light.
     vectors : K rows for each vertex of the model, vertex by vertex, then one for each of the ground.
     mixture : how the terms are mixed at the vertices of the model; None where they are of one BRDF.
+    bounces : rows as `vectors`, of light that comes by way of other parts of the model; None where that is left out.
     """
 
     mesh: Mesh
@@ -98,6 +103,7 @@ class WaveletTransport:
     edge: int
     vectors: Vectors16
     mixture: Mixture | None = None
+    bounces: Vectors16 | None = None
 
     def __post_init__(self) -> None:
         check_factors(self.factors)
@@ -107,6 +113,8 @@ class WaveletTransport:
         rows = self.ground_vertex * self.factors.terms + len(self.mesh.positions) - self.ground_vertex
         if not 0 <= self.ground_vertex <= len(self.mesh.positions) or len(self.vectors.words) != rows:
             raise ValueError(f"{len(self.vectors.words)} vectors do not belong to these vertices, which need {rows}")
+        if self.bounces is not None and len(self.bounces.words) != rows:
+            raise ValueError(f"{len(self.bounces.words)} vectors of bounces do not fit {rows} direct ones")
 
     @property
     def rows(self) -> int:
@@ -246,11 +254,22 @@ def transport_vectors(
 
 
 def relight_transport(transport: WaveletTransport, light: WaveletLight) -> NDArray[np.float64]:
-    """The light-modulated K-tuples (Wang2004 Eq. 5) as rows (R, 3), ordered as `transport.vectors`, before mixing."""
+    """The light-modulated K-tuples (Wang2004 Eq. 5) as rows (R, 3), ordered as `transport.vectors`, before mixing.
+
+    They are those of direct light; `reflect_light` has the rest.
+    """
+    return _relight(transport, transport.vectors, light)
+
+
+def reflect_light(transport: WaveletTransport, light: WaveletLight) -> NDArray[np.float64] | float:
+    """The same of light that comes by way of the model; 0 where it is left out."""
+    return 0.0 if transport.bounces is None else _relight(transport, transport.bounces, light)
+
+
+def _relight(transport: WaveletTransport, vectors: Vectors16, light: WaveletLight) -> NDArray[np.float64]:
     if light.edge != transport.edge:
         raise ValueError(f"light of an edge of {light.edge} does not fit transport of {transport.edge}")
     result = np.empty((transport.rows, 3))
-    vectors = transport.vectors
     relight(
         vectors.indices,
         vectors.words,

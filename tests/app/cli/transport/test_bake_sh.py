@@ -101,7 +101,7 @@ def test_what_cannot_be_is_refused_with_the_reason(lightarc: Command, mesh: Path
         ("render", output, "--mode", "wavelet", "-o", image, *SMALL): "mode sh",
         ("render", output, "--ground", "0.3", "-o", image, *SMALL): "--ground is part of the bake",
         ("bake", mesh, "--brdf", "lambert", "-o", output, "--mode", "sh", "--order", "2"): "--order 2 is outside",
-        ("bake", mesh, "--brdf", "lambert", "-o", output, "--interreflection"): "needs --mode sh",
+        ("bake", mesh, "--brdf", "lambert", "-o", output, "--indirect"): "needs --mode gaussian",
         ("render", output, "--env", "sky", "--intensity", "nan", "-o", image, *SMALL): "--intensity nan",
     }.items():
         refused = lightarc(*words)

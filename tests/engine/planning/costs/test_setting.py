@@ -11,7 +11,7 @@ from engine.scene.mode import ModeParameter
 
 
 def test_unnamed_parameters_have_their_default() -> None:
-    assert dict(Setting("wavelet").parameters) == {"terms": 4, "coefficients": 96, "cube": 64}
+    assert dict(Setting("wavelet").parameters) == {"terms": 4, "coefficients": 96, "interreflection": 0, "cube": 64}
     assert Setting("sh", {"order": 5}) == Setting("sh")
     assert len({Setting("sh", {"order": 5}), Setting("sh"), Setting("sh", {"order": 8})}) == 2
 

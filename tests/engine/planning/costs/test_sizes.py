@@ -61,14 +61,18 @@ def test_T7_coloured_bounces_take_three_times_the_rows() -> None:
 
 
 @pytest.mark.parametrize("ground", [None, Ground(cells=16)])
-@pytest.mark.parametrize(("terms", "kept", "edge"), [(2, 24, 64), (4, 384, 16), (3, 4000, 16)])
-def test_T7_sizes_of_wavelets_are_those_of_their_files(ground: Ground | None, terms: int, kept: int, edge: int) -> None:
+@pytest.mark.parametrize(("terms", "kept", "edge", "bounces"), [(2, 24, 64, 0), (4, 384, 16, 3), (3, 4000, 16, 0)])
+def test_T7_sizes_of_wavelets_are_those_of_their_files(
+    ground: Ground | None, terms: int, kept: int, edge: int, bounces: int
+) -> None:
     from engine.planning.costs.machine_profile import factors_of
 
     mesh = spheres(1.2)
     kept_at_most = min(kept, 6 * edge**2)
-    work = wavelet_bake.prepare(mesh, factors_of(terms), wavelet_bake.BakeSettings(edge, kept_at_most), ground)
-    setting = Setting("wavelet", {"terms": terms, "coefficients": kept, "cube": edge})
+    settings = wavelet_bake.BakeSettings(edge, kept_at_most, bounces=bounces)
+    work = wavelet_bake.prepare(mesh, factors_of(terms), settings, ground)
+    named = {"terms": terms, "coefficients": kept, "cube": edge, "interreflection": min(bounces, 1)}
+    setting = Setting("wavelet", named)
     assert sizes.wavelets(setting, load_of(work.surface, mesh, brdf_from_text(GLOSSY))).file == work.size_bytes
 
 
