@@ -192,7 +192,7 @@ def bounce(
     total_peaks: NDArray[np.floating],
     total_counts: NDArray[np.integer],
 ) -> None:
-    """One bounce at vertices.
+    """Follow one bounce at vertices.
 
     Parameters
     ----------
