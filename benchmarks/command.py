@@ -166,6 +166,7 @@ ACCURACIES = {
     "ray-misses": "benchmarks.transport.rays:ray_misses",
     "hex-tiling": "benchmarks.tiling:hex_tiling",
     "transport-errors": "benchmarks.transport.wavelet:transport_errors",
+    "interreflection": "benchmarks.transport.interreflection:interreflection",
     "reuse": "benchmarks.transport.reuse:reuse",
     "transport-sizes": "benchmarks.transport.sizes:transport_sizes",
     "cost-model": "benchmarks.transport.plan:cost_model",

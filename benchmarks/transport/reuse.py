@@ -46,16 +46,15 @@ SHARE, WORSE = 0.15, 1.2
 VERTICES, SAMPLES, EDGE, FINE = 100, 128, 64, 4
 
 
-def _knot(around: int, along: int) -> Mesh:
-    """The torus knot with every so manieth vertex, which shades itself."""
-    mesh = shape("torus-knot")
+def thin_out(mesh: Mesh, grid: tuple[int, int], step: tuple[int, int]) -> Mesh:
+    """A mesh whose vertices are a `grid` of rows and columns with every so manieth row and column of it."""
     arrays = (mesh.positions, mesh.normals, mesh.uv)
-    kept = [array.reshape(65, 769, -1)[::around, ::along].astype(np.float64) for array in arrays]
+    kept = [array.reshape(*grid, -1)[:: step[0], :: step[1]].astype(np.float64) for array in arrays]
     return grid_mesh(mesh.name, *kept)
 
 
 #: Some 4,000 vertices: on far fewer what does not depend on them, such as factors of a BRDF, takes most of the time.
-MODELS: dict[str, Callable[[], Mesh]] = {"torus-knot": lambda: _knot(2, 6)}
+MODELS: dict[str, Callable[[], Mesh]] = {"torus-knot": lambda: thin_out(shape("torus-knot"), (65, 769), (2, 6))}
 
 
 def reuse(_folder: Path) -> Steps[list[Accuracy]]:

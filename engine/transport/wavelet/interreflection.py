@@ -49,7 +49,7 @@ Rows = dict[str, NDArray[Any]]
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What a bounce needs to know: the surface with its receivers and frames (V, 3, 3), its factors, rays of a vertex.
+    """The surface with its receivers and frames (V, 3, 3), its factors, and the rays of a vertex for a bounce.
 
     The ground, with its albedo, begins with vertex `first`.
     """
