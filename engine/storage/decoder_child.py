@@ -57,10 +57,11 @@ _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _OF_THE_SYSTEM = (*_NO_ROOM, errno.EIO, errno.ENXIO, errno.EBADF, errno.ESTALE, errno.ETIMEDOUT)
 
 
-def main(handed: int | None, module: str, outside: str) -> None:
+def main(handed: int | None, module: str, outside: str, folder: str) -> None:
     """Serve decoders of `module` until stdin is closed; `handed` is the socket for descriptors, if there is one.
 
-    `outside` are the readers of other packages (`engine.storage.readers.outside`).
+    `outside` are the readers of other packages (`engine.storage.readers.outside`), `folder` one that decoders may read,
+    '' for none.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     requests, replies = sys.stdin.buffer, _private_stdout()
@@ -71,7 +72,7 @@ def main(handed: int | None, module: str, outside: str) -> None:
     if hasattr(decoders, "prepare"):
         decoders.prepare()
     sys.dont_write_bytecode = True
-    protection = confine()
+    protection = confine(folder=folder)
     while line := requests.readline():
         gc.freeze()  # what stays between files, above all modules, need not be searched for garbage after each
         _serve(json.loads(line), requests, replies, descriptors, protection)

@@ -202,11 +202,12 @@ _SYSTEM_CALLS: dict[str, tuple[int, int | None]] = {
 }
 
 
-def confine(*, landlock: bool = True) -> Protection:
+def confine(*, landlock: bool = True, folder: str = "") -> Protection:
     """Confine this process for good, as far as the system can; what it got is returned.
 
     It must have one thread: Landlock holds for the thread that asks, and those that it starts later.
-    `landlock` False leaves that out, as kernels without it do.
+    `landlock` False leaves that out, as kernels without it do. Of files that are none of programs it may read those in
+    a `folder`.
     """
     if sys.platform != "linux" or sys.maxsize < 1 << 32:
         return Protection()
@@ -216,15 +217,16 @@ def confine(*, landlock: bool = True) -> Protection:
     if libc.prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0) != 0:
         return Protection()
     alone = len(os.listdir("/proc/self/task")) == 1  # noqa: PTH208 - names, no paths
-    hidden = landlock and alone and _hide_files(libc)
-    return Protection(_lock_land(libc) if landlock and alone else 0, _filter(libc), hidden)
+    known = _readable() | ({Path(folder)} if folder else set())
+    hidden = landlock and alone and _hide_files(libc, known)
+    return Protection(_lock_land(libc, known) if landlock and alone else 0, _filter(libc), hidden)
 
 
-def _hide_files(libc: ctypes.CDLL) -> bool:
-    """Enter a root that holds the readable folders alone, read-only; False where the system does not grant that."""
-    readable = sorted({path.resolve() for path in _readable() if path.exists()})
+def _hide_files(libc: ctypes.CDLL, known: set[Path]) -> bool:
+    """Enter a root that holds the folders that are `known` alone, read-only; False where the system denies that."""
+    readable = sorted({path.resolve() for path in known if path.exists()})
     outer = [path for path in readable if not any(other in path.parents for other in readable)]
-    links = {link: target for link, target in _links() if not any(folder in link.parents for folder in outer)}
+    links = {link: target for link, target in _links(known) if not any(folder in link.parents for folder in outer)}
     user, group = os.getuid(), os.getgid()
     sources: list[int] = []
     try:
@@ -269,10 +271,10 @@ def _hide_files(libc: ctypes.CDLL) -> bool:
     return True
 
 
-def _links() -> set[tuple[Path, str]]:
+def _links(known: set[Path]) -> set[tuple[Path, str]]:
     """Find the links on the way to the readable paths: where each lies, without links, and its target."""
     found = set()
-    for path in _readable():
+    for path in known:
         place, rest, left = Path("/"), list(path.absolute().parts[1:]), _MAX_LINKS
         while rest and left:
             here = place.parent if rest[0] == ".." else place / rest[0]
@@ -300,8 +302,8 @@ def _call(result: int) -> None:
         raise OSError(ctypes.get_errno(), "the system refuses a root of its own")
 
 
-def _lock_land(libc: ctypes.CDLL) -> int:
-    """Leave the reading of what Python needs; the version of Landlock, 0 where there is none."""
+def _lock_land(libc: ctypes.CDLL, known: set[Path]) -> int:
+    """Leave the reading of the files that are `known`; the version of Landlock, 0 where there is none."""
     version = libc.syscall(_CREATE_RULESET, None, ctypes.c_size_t(0), 1)
     if version < 1:
         return 0
@@ -312,7 +314,7 @@ def _lock_land(libc: ctypes.CDLL) -> int:
     if ruleset < 0:
         return 0
     try:
-        for path in _readable():
+        for path in known:
             _allow_reading(libc, ruleset, path)
         return version if libc.syscall(_RESTRICT_SELF, ruleset, 0) == 0 else 0
     finally:

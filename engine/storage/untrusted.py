@@ -69,15 +69,20 @@ HANDS_DESCRIPTORS = hasattr(socket, "send_fds")
 
 #: The environment of a child: where libraries and compiled kernels lie, and no threads before it is confined.
 _KEPT = ("LD_LIBRARY_PATH", "NUMBA_CACHE_DIR", "SYSTEMROOT")
-_ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+_ONE_THREAD = {
+    "OPENBLAS_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
+    "PXR_WORK_THREAD_LIMIT": "1",
+}
 
 #: The beginning of a child; its arguments are the number of its socket, its module of decoders, the readers of other
-#: packages, and where modules lie.
+#: packages, the folder that it may read, and where modules lie.
 _START = """
 import sys
-sys.path[:] = sys.argv[4:]
+sys.path[:] = sys.argv[5:]
 from engine.storage.decoder_child import main
-main(int(sys.argv[1]) if sys.argv[1] != "-1" else None, sys.argv[2], sys.argv[3])
+main(int(sys.argv[1]) if sys.argv[1] != "-1" else None, *sys.argv[2:5])
 """
 
 _handed: dict[str, bytes] = {}
@@ -252,6 +257,7 @@ def decode_in_child(
     beside: Mapping[str, Path] = MappingProxyType({}),
     process: str = "",
     as_file: bool = False,
+    copies: str = "",
     scratch: IO[bytes] | None = None,
     **options: Any,
 ) -> dict[str, Any]:
@@ -267,6 +273,8 @@ def decode_in_child(
         that of the decoder.
     beside : further files by the names that the decoder knows them by; it gets their contents as the keyword `beside`.
     as_file : the decoder gets a binary file, of which it reads what it needs, in the place of the content.
+    copies : a folder with copies of files, for libraries that open files by their paths; '' for none. The decoder gets
+        it as the keyword `copies`, in a process that may read it and ends with this request.
     scratch : an empty file, open for writing, that the decoder fills as the keyword `scratch`.
     options : JSON values.
 
@@ -278,6 +286,8 @@ def decode_in_child(
         limits = {"memory_bytes": memory_bytes, "timeout_s": timeout_s or time_limit_s(sum(sizes))}
         request = _request(decoder, path, options, limits, sizes, beside)
         request |= {"process": process or request["process"], "as_file": as_file, "scratch": scratch is not None}
+        if copies:
+            request |= {"copies": copies, "options": {**options, "copies": copies}}
         if HANDS_DESCRIPTORS:
             handed = [file.fileno() for file, _ in files] + ([] if scratch is None else [scratch.fileno()])
             return _decode(request, [], handed, cancellation)
@@ -321,7 +331,7 @@ def _request(
     """Request to the child; the contents come as descriptors of files of `sizes_bytes`, or after it."""
     known = {"decoder": decoder, "name": os.fspath(path), "options": options, **limits}
     module = decoder.partition(":")[0]
-    more = {"as_file": False, "scratch": False, "origin": _origin(path)}
+    more = {"as_file": False, "scratch": False, "origin": _origin(path), "copies": ""}
     return {**known, **more, "contents": sizes_bytes, "beside": list(beside), "process": module}
 
 
@@ -398,7 +408,7 @@ def _answer(
     """The reply of a child; a child that died before the request reached it, as idle ones may, is replaced once."""
     for _ in range(2):
         with (
-            _child(request["process"], request["origin"]) as child,
+            _child(request["process"], request["origin"], request["copies"]) as child,
             cancellation.watching(child),
             make_shared_file() as results,
         ):
@@ -414,10 +424,10 @@ class _Child:
     """One process for the decoders of `module`; `ask` leaves it ready for the next file, or dead.
 
     `suspect` is the origin of a file that it refused, None where there was none: what a damaged file may have done to
-    the process must not reach files of another origin.
+    the process must not reach files of another origin. `folder` is one that it may read, '' for none.
     """
 
-    def __init__(self, module: str) -> None:
+    def __init__(self, module: str, folder: str = "") -> None:
         self.module = module
         self.readers = readers.outside()
         self.suspect: str | None = None
@@ -426,7 +436,7 @@ class _Child:
         path = [os.path.abspath(place) for place in (str(_PROJECT), *sys.path)]  # noqa: PTH100 - keeps names as they are
         try:
             self.process = subprocess.Popen(
-                [sys.executable, "-I", "-c", _START, str(handed), module, self.readers, *path],
+                [sys.executable, "-I", "-c", _START, str(handed), module, self.readers, folder, *path],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
@@ -592,16 +602,22 @@ _running: set[_Child] = set()
 
 
 @contextlib.contextmanager
-def _child(module: str, origin: str) -> Iterator[_Child]:
-    """An idle child or a new one, for one request; it is kept for the next unless the request killed or left it."""
+def _child(module: str, origin: str, folder: str) -> Iterator[_Child]:
+    """An idle child or a new one, for one request; it is kept for the next unless the request killed or left it.
+
+    One that may read a `folder` is new, and ends after the request.
+    """
     with _slots:
-        child = _take(module, origin) or _Child(module)
+        child = None if folder else _take(module, origin)
+        child = child or _Child(module, folder)
         try:
             yield child
         except BaseException:
             child.kill()
             raise
-        if child.alive:
+        if folder:
+            child.kill()
+        elif child.alive:
             _keep(child)
 
 

@@ -13,10 +13,9 @@ is the negative. Maps larger than `MAX_SIDE` are made smaller, which is said. De
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Literal
 
 import cv2
@@ -33,7 +32,7 @@ from engine.core.steps import Step, Steps
 from engine.exchange.readers.colour_spaces import SPACES
 from engine.images.decode import TransferChoice, image_from_reply
 from engine.scene.credits import Credits
-from engine.storage.untrusted import FILE_LIMIT_BYTES, decode_content, open_checked, read_bytes
+from engine.storage.untrusted import decode_content, read_bytes
 from engine.surface.pbr_maps import DIELECTRIC_F0, WORTH_SAYING, PbrMaps, WideColours, clip_wide, wide_text
 
 Map = NDArray[np.float32]
@@ -49,9 +48,6 @@ MAX_SIDE = 4096
 
 #: Correlation of the two mixed derivatives from which they tell the direction of y.
 TELLING = 0.1
-
-#: The beginning of an address of the web, also where its slashes were taken together.
-_ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]{1,20}:/")
 
 #: First bytes of a JPEG, which has no alpha channel: it is 1 everywhere.
 JPEG = b"\xff\xd8"
@@ -126,31 +122,6 @@ class Described:
     elsewhere: tuple[str, ...] = ()
     layers: str = ""
     credits: Credits = field(default_factory=Credits)
-
-
-def file_beside(path: Path, named: str, remedy: str, search: Path | None = None) -> Path:
-    """The file that `path` calls `named`, in its folder or below; InputError for any other and for one not there.
-
-    A user allows further files by a folder to `search`: those in it or below, where `path` calls them so, or where they
-    would lie if the name began there, without the steps out of a folder at its beginning.
-    """
-    folder = path.absolute().parent
-    places = [(folder / named, folder)]
-    if search is not None:
-        steps = [step for step in PurePosixPath(named).parts if step != ".."]
-        places += [(folder / named, search.absolute()), (search.absolute().joinpath(*steps), search.absolute())]
-    try:
-        inside = [place for place, within in places if place.resolve().is_relative_to(within.resolve())]
-    except (OSError, ValueError, RuntimeError):
-        raise InputError(path, f"names an impossible file ({named[:60]!r})", remedy) from None
-    if not inside or _ADDRESS.match(named):
-        raise InputError(path, f"names a file outside its folder ({named[:60]!r})", remedy)
-    beside = next((place for place in inside if place.is_file()), inside[0])
-    try:
-        with open_checked(beside, FILE_LIMIT_BYTES):
-            return beside
-    except InputError as error:
-        raise InputError(path, f"needs the file {named[:60]!r} beside it, which {error.problem}", remedy) from None
 
 
 def maps_of(described: Described, most: int = MAX_SIDE) -> Steps[tuple[PbrMaps, Health]]:

@@ -38,7 +38,7 @@ def call(function, *arguments):
     if function(*arguments) == -1:
         raise OSError(ctypes.get_errno(), "")
 
-def burgle(content, name, parent, folder):
+def burgle(content, name, parent, folder, copies=""):
     buffer = ctypes.create_string_buffer(8)
     reading = {
         "open /etc/passwd": lambda: open("/etc/passwd").read(),
@@ -91,6 +91,7 @@ def burgle(content, name, parent, folder):
         "type into the terminal": lambda: fcntl.ioctl(0, 0x5412, b"x"),
         "system calls of another mode": lambda: call(libc.syscall, 0x40000000 | 39),
         "more rights": lambda: call(libc.prctl, 38, 0, 0, 0, 0),
+        "write among copies": lambda: open((copies or "/tmp") + "/new", "w"),
         "io_uring": lambda: call(libc.syscall, 425, 8, buffer),
     }
     def outcome(reach):
@@ -109,6 +110,7 @@ def burgle(content, name, parent, folder):
         "others": {key: outcome(reach) for key, reach in others.items()},
         "in a thread": threads[0],
         "environment": sorted(os.environ),
+        "copies": os.listdir(copies) if copies else [],
         "installation": len(open(np.__file__).read()),
         "length": len(content),
         "descriptors": sorted(int(each) for each in range(64) if outcome(lambda: os.fstat(each))),
@@ -147,8 +149,16 @@ def file(tmp_path: Path) -> Path:
 
 
 @confined
-def test_a_decoder_reaches_nothing_but_its_file(burglar: str, file: Path) -> None:
-    found = decode_in_child(f"{burglar}:burgle", file, parent=os.getpid(), folder=str(file.parent))
+@pytest.mark.parametrize("has_copies", [False, True])
+def test_a_decoder_reaches_nothing_but_its_file(
+    burglar: str, file: Path, has_copies: bool, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """Nor more than copies that are made for it."""
+    copies = tmp_path_factory.mktemp("copies")
+    (copies / "a").write_text("a")
+    granted = str(copies) if has_copies else ""
+    found = decode_in_child(f"{burglar}:burgle", file, parent=os.getpid(), folder=str(file.parent), copies=granted)
+    assert found["copies"] == (["a"] if has_copies else [])
     protection = untrusted.protection()
     assert protection is not None
     assert protection.seccomp
