@@ -282,8 +282,9 @@ def open_material(path: FileLike, *, search: str | os.PathLike[str] | None = Non
     Parameters
     ----------
     path : path or file object
-        A bundle, a folder or zip of PBR textures, a MaterialX document, a glTF or OBJ file, or a file of reflectance
-        transformation imaging (`.ptm`, `.rti`, a folder with `info.json`); `FILE#NAME` is the material of that name.
+        A bundle, a folder or zip of PBR textures, a MaterialX document, a glTF, OBJ or USD file, or a file of
+        reflectance transformation imaging (`.ptm`, `.rti`, a folder with `info.json`); `FILE#NAME` is the material of
+        that name.
     search : path, optional
         A folder in which images that a document names may lie, beside its own.
 

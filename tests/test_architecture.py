@@ -60,6 +60,7 @@ EXCEPTIONS = {
     "engine/storage/scratch.py np.memmap": "an unnamed file that vanishes with the process",
     "engine/exchange/blender.py tempfile.TemporaryDirectory": "what Blender makes a file of, removed with it",
     "engine/exchange/readers/archive.py tempfile.TemporaryDirectory": "unpacked textures, removed with it",
+    "engine/geometry/usd.py tempfile.TemporaryDirectory": "copies for one process that reads them, removed with it",
     "lightarc/_inputs.py tempfile.TemporaryDirectory": "copies of open files and arrays, removed with the block",
     "app/session/settings.py base.mkdir": WORKING,
     "app/session/settings.py tempfile.mkdtemp": WORKING,

@@ -26,6 +26,7 @@ from engine.core.colour import Operator
 from engine.core.errors import FileError, UsageError
 from engine.core.params import parameters
 from engine.core.steps import Step, Steps, part
+from engine.geometry import usd
 from engine.geometry.brushing import Brushing, parse_brushing
 from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh
@@ -65,7 +66,7 @@ LAMPS: dict[str, type[Any]] = {"lamps": LampSettings, "near_lamps": NearLampSett
 MAX_LAMPS, MAX_BYTES = 64, 2**32
 
 #: Endings of models that may bring a material.
-MODELS_WITH_MATERIALS = (".glb", ".gltf", ".obj")
+MODELS_WITH_MATERIALS = (".glb", ".gltf", ".obj", *usd.SUFFIXES)
 
 
 @dataclass(frozen=True, eq=False)

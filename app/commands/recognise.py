@@ -16,6 +16,7 @@ from urllib.parse import quote
 from engine.capture.lights.sources import belongs, find
 from engine.capture.photograph.kinds import photograph_suffixes
 from engine.core.errors import InputError
+from engine.geometry.usd import is_usd
 from engine.storage.readers import find_reader, readers, suffixes
 from engine.storage.unpack import is_archive, zip_names
 
@@ -181,7 +182,7 @@ def _unknown(path: Path) -> InputError:
     return InputError(
         path,
         "is not a kind of file that Lightarc opens",
-        "Open photographs (a folder or an archive), a model (OBJ, PLY, STL, glTF), an environment (HDR, EXR), a "
+        "Open photographs (a folder or an archive), a model (OBJ, PLY, STL, glTF, USD), an environment (HDR, EXR), a "
         "measured BRDF (MERL, RGL, …), a folder of factors, a .lightarc bundle, PBR textures, a MaterialX document, "
         "or RTI files (PTM, HSH)",
     )
@@ -292,10 +293,12 @@ def _kind_of_zip(path: Path) -> Kind:
         return "bundle"
     from engine.exchange.readers.archive import holds_zipped_textures  # loads the readers of textures
 
+    if is_usd(path):
+        return "mesh"
     if holds_zipped_textures(path):
         return "material"
     if path.suffix.lower() == ".usdz":
-        remedy = "Drop a folder of its textures, a MaterialX document or a glTF file"
+        remedy = "Install the extra usd (pip install 'lightarc[usd]'), or drop a glTF file"
         raise InputError(path, "is a USD package whose textures are not named for what they hold", remedy)
     return "photographs"
 

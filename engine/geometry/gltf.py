@@ -124,7 +124,7 @@ def read_gltf(content: bytes, name: str, beside: Mapping[str, bytes] = MappingPr
             primitives = tree["meshes"][node["mesh"]]["primitives"]
             shapes[node["mesh"]] = [_read_primitive(tree, accessors, each) for each in primitives if _has_faces(each)]
         for node_from_part in _instances(node, accessors):
-            parts += [_place(shape, world_from_node @ node_from_part) for shape in shapes[node["mesh"]]]
+            parts += [place_part(shape, world_from_node @ node_from_part) for shape in shapes[node["mesh"]]]
     if not has_materials(tree):
         for part in parts:
             part["material"] = None
@@ -277,7 +277,7 @@ def _faces(accessors: _Accessors, primitive: Mapping[str, Any], count: int) -> N
     return np.where((faces >= 0) & (faces < count), faces, -1)
 
 
-def _place(shape: dict[str, Any], world_from_part: Array) -> dict[str, Any]:
+def place_part(shape: dict[str, Any], world_from_part: Array) -> dict[str, Any]:
     """A primitive in the world."""
     linear = world_from_part[:3, :3]
     with np.errstate(over="ignore", invalid="ignore"):

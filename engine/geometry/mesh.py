@@ -24,7 +24,7 @@ from engine.core.directions import normalize, uv_tangents, world_from_tangent
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.summary import Summary
-from engine.geometry import mesh_repair, polygons
+from engine.geometry import mesh_repair, polygons, usd
 from engine.geometry.brushing import Brushing
 from engine.geometry.mesh_repair import (
     INSIDE_OUT,
@@ -56,7 +56,7 @@ _UNPACK = "Unpack it and give the mesh that is in it"
 #: Remedies for kinds of file that trimesh reads with further libraries only, or that hold no surface.
 INSTEAD = {
     **dict.fromkeys((".3mf", ".3dxml", ".xaml", ".amf"), "Export it as .stl, .obj or .glb"),
-    **dict.fromkeys((".dae", ".zae", ".fbx", ".blend", ".usd", ".usda", ".usdc", ".usdz", ".3ds"), "Export it as .glb"),
+    **dict.fromkeys((".dae", ".zae", ".fbx", ".blend", ".3ds"), "Export it as .glb"),
     **dict.fromkeys((".ctm", ".drc", ".binvox", ".wrl", ".x3d"), "Convert it to .ply"),
     **dict.fromkeys((".step", ".stp", ".iges", ".igs"), "Export the tessellated shape as .stl or .obj"),
     **dict.fromkeys((".xyz", ".pcd", ".las", ".dxf", ".svg"), _POINTS),
@@ -186,11 +186,15 @@ def read_mesh(path: str | os.PathLike[str], orientation: Orientation = "auto") -
         kind = suffix or "no ending"
         remedy = INSTEAD.get(suffix, f"Give {', '.join(suffixes('mesh'))}")
         raise InputError(path, f"is not a mesh that can be read ({kind})", remedy)
-    check_memory(path)
     limits: dict[str, Any] = {"memory_bytes": decoder_memory_bytes(), "timeout_s": LIMIT_S}
-    named = decode_in_child("engine.geometry.mesh:decode_names", path, **limits)["uris"] if suffix == ".gltf" else []
     decode = "engine.geometry.mesh:decode_mesh" if orientation == "auto" else "engine.geometry.mesh:decode_as_it_is"
-    reply = decode_in_child(decode, path, beside=files_beside(path, named), **limits)
+    if suffix in usd.SUFFIXES:
+        reply = usd.ask_usd(decode, Path(path), process=usd.__name__, **limits)
+    else:
+        check_memory(path)
+        names = "engine.geometry.mesh:decode_names"
+        named = decode_in_child(names, path, **limits)["uris"] if suffix == ".gltf" else []
+        reply = decode_in_child(decode, path, beside=files_beside(path, named), **limits)
     mesh = _mesh(reply, path)
     return mesh.flipped() if orientation == "flip" else mesh
 
@@ -235,22 +239,33 @@ def _mesh(reply: dict[str, Any], path: str | os.PathLike[str]) -> Mesh:
     )
 
 
-def decode_as_it_is(content: bytes, name: str, beside: Mapping[str, bytes] = MappingProxyType({})) -> dict[str, Any]:
+def decode_as_it_is(content: bytes, name: str, **more: Any) -> dict[str, Any]:
     """As `decode_mesh`, with the faces turned as the file has them."""
-    return decode_mesh(content, name, beside, oriented=False)
+    return decode_mesh(content, name, oriented=False, **more)
 
 
 def decode_mesh(
-    content: bytes, name: str, beside: Mapping[str, bytes] = MappingProxyType({}), oriented: bool = True
+    content: bytes,
+    name: str,
+    beside: Mapping[str, bytes] = MappingProxyType({}),
+    oriented: bool = True,
+    **copied: str,
 ) -> dict[str, Any]:
     """Decode the content of a mesh file into the arrays of a `Mesh` and counts; runs in the decoder process.
 
-    `beside` holds the other files that a glTF file names. Faces are `oriented` outwards and alike.
+    `beside` holds the other files that a glTF file names; `copied` are the folder (`copies`) and the file that a USD
+    file was copied to, in the place of its content, and it may lack layers, which are returned. Faces are `oriented`
+    outwards and alike.
     """
     kind = Path(name).suffix.lower().lstrip(".")
-    content = check_text(content, kind, name)
     read = load(next(each.decode for each in readers("mesh") if f".{kind}" in each.endings))
-    found = read(content, name, **({"beside": beside} if beside else {}))
+    if copied:
+        found = read(name=name, **copied)
+        if isinstance(found, dict):
+            return found
+    else:
+        content = check_text(content, kind, name)
+        found = read(content, name, **({"beside": beside} if beside else {}))
     parts, too_few = (found, 0) if isinstance(found, list) else _cut(found)
     moved = 0
     for part in parts if kind.startswith("stl") else ():
@@ -258,6 +273,8 @@ def decode_mesh(
         moved += count
     if not any(len(part["faces"]) for part in parts):
         raise InputError(name, "holds no triangles", "Give a mesh with faces, not points or curves alone")
+    counted = {"faces_of_fewer_than_3_corners_dropped": too_few, "points_moved_to_close_gaps": moved}
+    counted |= parts[0].get("counts", {})
     first_vertex = np.cumsum([0] + [len(part["positions"]) for part in parts])
     faces = [
         np.where(part["faces"] >= 0, part["faces"] + first, -1)
@@ -277,7 +294,7 @@ def decode_mesh(
         normals,
         uv,
         name,
-        {"faces_of_fewer_than_3_corners_dropped": too_few, "points_moved_to_close_gaps": moved},
+        counted,
         oriented,
         colours=None if colours is None else np.nan_to_num(colours, nan=1.0),
         part=part,
@@ -469,6 +486,9 @@ def findings_of(figures: Mapping[str, float]) -> list[Finding]:
             findings.append(Finding(verdict, with_count(int(count), f"{_plain(name)} left out")))
     if count := int(figures.get("points_moved_to_close_gaps", 0)):
         text = f"points were moved by less than {2 * GAP:g} of the size, to close gaps that rounding had left"
+        findings.append(Finding(Verdict.NOTE, with_count(count, text)))
+    if count := int(figures.get("subdivision_surfaces", 0)):
+        text = "subdivision surfaces are drawn as their control meshes"
         findings.append(Finding(Verdict.NOTE, with_count(count, text)))
     if count := int(figures.get("faces_turned", 0)):
         text = "faces were turned, so that neighbours are alike and closed parts face outwards"

@@ -202,7 +202,10 @@ def weld(
 
 
 #: Words of findings for many, and for one.
-_SINGULAR = {"faces": "face", "edges": "edge", "points": "point", "vertices": "vertex", "normals": "normal"}
+_SINGULAR = {
+    **{"faces": "face", "edges": "edge", "points": "point", "vertices": "vertex", "normals": "normal"},
+    **{"shapes": "shape", "curves": "curve", "instancers": "instancer", "surfaces": "surface"},
+}
 _SINGULAR_VERBS = {"are": "is", "have": "has", "lie": "lies", "were": "was"}
 
 

@@ -115,6 +115,13 @@ _OWN: tuple[Reader, ...] = (
     Reader("mesh", "OBJ", "engine.geometry.obj:read_obj", (".obj",)),
     Reader("mesh", "OFF", "engine.geometry.obj:read_off", (".off",), signatures=(b"OFF",)),
     Reader("mesh", "PLY", "engine.geometry.ply:read_ply", (".ply",), signatures=(b"ply",)),
+    Reader(
+        "mesh",
+        "USD",
+        "engine.geometry.usd:read_usd",
+        (".usd", ".usda", ".usdc", ".usdz"),
+        signatures=(b"#usda", b"PXR-USDC"),
+    ),
     Reader("mesh", "STL", "engine.geometry.read_scene:read_stl", (".stl", ".stl_ascii"), signatures=(b"solid",)),
     _brdf("GLSL of BRDF Explorer (.brdf)", "engine.brdf.written:written", ".brdf", confined=False),
     _brdf("RGL (.bsdf)", f"{_BRDF}.rgl:rgl", ".bsdf", confined=False),

@@ -15,6 +15,7 @@ from engine.factor.factor_file import open_reflectance
 from engine.geometry.camera import frame, parse
 from engine.geometry.orientation import ORIENTATIONS
 from engine.geometry.shapes import open_mesh
+from engine.geometry.usd import is_usd
 from engine.light.environment_file import open_environment
 from engine.scene.scene import Scene, make_scene
 from engine.scene.settings import DEFAULTS as scene_defaults
@@ -26,11 +27,12 @@ if TYPE_CHECKING:
 
 MESH_HELP = (
     "a file, a built-in (sphere, plane, torus-knot, cloth, blob), a project (.lap), which brings its scene, or a "
-    "material of another program, which is shown on a sphere, a .glb or .obj on its own model"
+    "material of another program, which is shown on a sphere, a .glb, .obj or .usdz on its own model"
 )
 MATERIAL_HELP = (
-    "a bundle, a folder or zip of PBR textures, a MaterialX document (.mtlx), a glTF or OBJ file (.glb, .gltf, .obj, "
-    ".mtl; of several materials the one named in FILE#NAME) or an RTI file (.ptm, .rti, a folder with info.json)"
+    "a bundle, a folder or zip of PBR textures, a MaterialX document (.mtlx), a glTF, OBJ or USD file (.glb, .gltf, "
+    ".obj, .mtl, .usd, .usda, .usdc, .usdz; of several materials the one named in FILE#NAME) or an RTI file (.ptm, "
+    ".rti, a folder with info.json)"
 )
 
 #: Model that a material without one is shown on.
@@ -104,7 +106,7 @@ def take_own_material(arguments: argparse.Namespace) -> list[str]:
         return []
 
     path = Path(arguments.mesh)
-    is_model = path.suffix.lower() in (".glb", ".gltf", ".obj")
+    is_model = path.suffix.lower() in (".glb", ".gltf", ".obj") or (path.is_file() and is_usd(path))
     if is_model and (doubt := find_doubt_of_parts(path)) is not None:
         return [f"{path.name} {doubt}"] if doubt else []
     if not is_model and not holds_material(path):

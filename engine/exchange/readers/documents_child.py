@@ -7,8 +7,8 @@ it. What it calls files is looked for here, in the folder of the document and be
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from dataclasses import fields
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
@@ -19,11 +19,13 @@ from engine.core.errors import InputError
 from engine.exchange.readers.gltf import JSON_LIMIT_BYTES, gltf_of, parts_of
 from engine.exchange.readers.materialx import materialx_of
 from engine.exchange.readers.mtl import mtl_of, scan_obj
-from engine.exchange.readers.textures import Described, Image, Input, file_beside
+from engine.exchange.readers.textures import Described, Image, Input
+from engine.geometry.usd import ask_usd, is_usd
 from engine.scene.credits import credits_of
+from engine.storage.beside import file_beside
 from engine.storage.untrusted import FILE_LIMIT_BYTES, decode_in_child, open_checked, read_head
 
-Kind = Literal["materialx", "gltf", "mtl"]
+Kind = Literal["materialx", "gltf", "mtl", "usd"]
 
 _TEXT_LIMIT_BYTES = 4 << 20
 
@@ -34,7 +36,11 @@ _REMEDIES = {
     "materialx": "Copy the textures beside the document, or name their folder with --search",
     "mtl": "Copy the textures beside it",
     "gltf": "Export it as .glb",
+    "usd": "Copy the textures beside it, name their folder with --search, or export it as .usdz",
 }
+
+#: The decoder of USD.
+_USD = "engine.exchange.readers.usd:decode_materials"
 
 #: The decoder processes that serve documents: that of the images, which is there next, and that of the model.
 _IMAGES, _MODEL = "engine.images.decode", "engine.geometry.mesh"
@@ -51,14 +57,43 @@ def describe_document(path: Path, kind: Kind, material: str = "", search: Path |
     if kind == "materialx" and (included := _list_included(path, search)):
         more["beside"] = included
     reply = decode_in_child(decoder, path, limit_bytes=_limit_bytes(path, kind), process=_IMAGES, kind=kind, **more)
+    return _build(path, kind, reply, search)
+
+
+def _build(path: Path, kind: Kind, sent: dict[str, Any], search: Path | None) -> Described:
+    """The material that a decoder described (`describe_to_send`), with its files looked up."""
     values: dict[str, Any] = {
-        each.name: _input(path, kind, value, reply, search) if each.name in reply["inputs"] else value
+        each.name: _input(path, kind, value, sent, search) if each.name in sent["inputs"] else value
         for each in fields(Described)
-        if (value := reply["described"].get(each.name)) is not None
+        if (value := sent["described"].get(each.name)) is not None
     }
     credits = credits_of(values["credits"])
     sentences = {each: tuple(values[each]) for each in ("notes", "elsewhere")}
     return Described(**{**values, **sentences, "credits": credits})
+
+
+def describe_usd(path: Path, names: Sequence[str], search: Path | None = None) -> list[Described]:
+    """The materials of a USD file by their `names`, '' for the one that stands for all: of those that the model has
+    the first with an image; InputError for names that it has not."""
+    reply = ask_usd(_USD, path, search)
+    sent = {str(each["described"]["name"]): each for each in reply["materials"]}
+    if not sent:
+        raise InputError(path, "has no material", "Export it with its materials")
+    order = [*reply["parts"], *(each for each in sent if each not in reply["parts"])]
+    taken = next((each for each in order if any(_has_image(sent[each], key) for key in sent[each]["inputs"])), order[0])
+    if unknown := [each for each in names if each and each not in sent]:
+        known = ", ".join(repr(each) for each in order[:5])
+        raise InputError(path, f"has no material {unknown[0]!r}", f"Choose one of {known}")
+    found = [_build(path, "usd", sent[each or taken], search) for each in names]
+    words = f"of {len(sent)} materials, {taken!r} is taken; {path.name}#NAME chooses another one"
+    return [
+        replace(each, elsewhere=(words, *each.elsewhere)) if not name and len(sent) > 1 else each
+        for name, each in zip(names, found, strict=True)
+    ]
+
+
+def _has_image(sent: dict[str, Any], key: str) -> bool:
+    return sent["described"][key]["picture"] is not None
 
 
 def _list_included(path: Path, search: Path | None) -> dict[str, Path]:
@@ -69,8 +104,10 @@ def _list_included(path: Path, search: Path | None) -> dict[str, Path]:
 
 
 def list_parts(path: Path) -> list[str]:
-    """Names of the materials that the model of a glTF or OBJ file has on its parts; none for what cannot be read."""
+    """Names of the materials that the model of a file has on its parts; none for what cannot be read."""
     try:
+        if is_usd(path):
+            return [str(name) for name in ask_usd(_USD, path)["parts"]]
         return [str(name) for name in _scan(path)["parts"]]
     except InputError:
         return []
@@ -118,6 +155,11 @@ def decode_document(
         described = materialx_of(content, path, beside)
     else:
         described = (gltf_of if kind == "gltf" else mtl_of)(content, path, material)
+    return describe_to_send(described)
+
+
+def describe_to_send(described: Described) -> dict[str, Any]:
+    """A material as JSON values and arrays, as `decode_document` returns it."""
     values = {each.name: getattr(described, each.name) for each in fields(Described)}
     inputs = [each for each, value in values.items() if isinstance(value, Input)]
     images = {each: values[each].image.content for each in inputs if values[each].image is not None}

@@ -25,6 +25,7 @@ from engine.core.errors import InputError
 from engine.exchange.readers.colour_spaces import SPACES
 from engine.exchange.readers.layers import WEIGHTS, gltf_values, has_layers, layers_of, openpbr_values, standard_values
 from engine.exchange.readers.textures import Channel, Described, Image, Input
+from engine.images.decode import TransferChoice
 from engine.storage.untrusted import AGAIN
 
 _DEEPEST = 40
@@ -170,10 +171,20 @@ _GLTF_LAYERS = {
     "anisotropy_rotation": 0.0,
 }
 
+#: Nodes that are read.
+NODES = (
+    *SURFACES,
+    *("image", "tiledimage", "gltf_image", "gltf_colorimage", "UsdUVTexture", "hextiledimage", "hextilednormalmap"),
+    *("normalmap", "gltf_normalmap", "convert", "dot", "constant", "multiply", "invert", "extract", "swizzle"),
+    *("separate2", "separate3", "separate4"),
+)
 _IMAGES = ("image", "tiledimage", "gltf_image", "gltf_colorimage", "UsdUVTexture", "hextiledimage", "hextilednormalmap")
 _THROUGH = ("normalmap", "gltf_normalmap", "convert", "dot", "output")
 #: An element that stands for another document.
 _INCLUDE = "{http://www.w3.org/2001/XInclude}include"
+
+#: The colour space of a USD texture that its file tells.
+AUTO = "auto"
 
 _CHANNELS = {"r": 0, "x": 0, "g": 1, "y": 1, "b": 2, "z": 2}
 
@@ -195,6 +206,11 @@ def materialx_of(content: bytes, path: Path, included: Mapping[str, bytes] = Map
         known = ", ".join(SURFACES)
         raise InputError(path, "has no surface that is read", f"These are read: {known}")
     return _Document(path, root).describe(shaders[0], shaders)
+
+
+def describe_surface(shader: Element, root: Element, path: Path) -> Described:
+    """The material of a surface among the elements below `root`."""
+    return _Document(path, root).describe(shader, [shader])
 
 
 def _parse(content: bytes, path: Path) -> Element:
@@ -462,6 +478,7 @@ class _Document:
             problem = f"names a set of UDIM tiles ({PurePosixPath(named).name[:40]!r}), of which one is read at a time"
             raise InputError(self.path, problem, "Put the number of a tile, 1001 say, in the place of <UDIM>")
         space = self._space(file) if colour else ""
+        transfer: TransferChoice = "auto" if space == AUTO else "linear"
         if colour and not space:
             shown = PurePosixPath(named).name[:60]
             self.notes.append(f"{shown} states no colour space, and is taken as linear Rec.709")
@@ -470,14 +487,14 @@ class _Document:
         if asked in _CHANNELS and not colour:
             channel = _CHANNELS[asked] if given.get("output") in ("r", "g", "b") else channel
         shown = PurePosixPath(named).name
-        chosen: Channel = None if channel is None else (0, 1, 2)[channel]
-        return Input(image=Image(Path(named), shown, "linear", chosen, space=space))
+        chosen: Channel = "alpha" if asked == "a" else None if channel is None else (0, 1, 2)[channel]
+        return Input(image=Image(Path(named), shown, transfer, chosen, space=space.removeprefix(AUTO)))
 
     def _space(self, element: Element) -> str:
         """The name of the colour space of an element, in lower case; '' where nothing states one."""
         around = (element, *self._around(element))
         space = next((each.get("colorspace", "") for each in around if each.get("colorspace")), "")
-        if space and space.lower() not in SPACES:
+        if space and space != AUTO and space.lower() not in SPACES:
             problem = f"states the colour space {space[:40]!r}, which is not known"
             raise InputError(self.path, problem, "Save it in lin_rec709, srgb_texture or acescg")
         return space.lower()
@@ -485,7 +502,7 @@ class _Document:
     def _to_rec709(self, values: tuple[float, ...], given: Element) -> tuple[float, ...]:
         """A colour of the space that its element states, as linear Rec.709."""
         space = self._space(given)
-        if not space or SPACES[space].is_rec709:
+        if space in ("", AUTO) or SPACES[space].is_rec709:
             return values
         colour = SPACES[space].linear(np.asarray(values[:3], np.float64))
         return (*(float(each) for each in colour), *values[3:])

@@ -1,10 +1,10 @@
-"""A material from whatever holds one: a bundle, PBR textures, a MaterialX document, a glTF or OBJ model, an RTI file.
+"""A material from whatever holds one: a bundle, PBR textures, a MaterialX document, a model with its own, an RTI file.
 
 The content says which it is: a folder with a manifest and a zip with one are bundles, a zip of images that are named
 for maps holds textures, as a folder of them does; a text that begins as XML is MaterialX, and glTF has its mark or is
 JSON. Files of reflectance transformation imaging begin as PTM and HSH do, or count their planes (`info.json`). A folder
 without textures that holds one such document stands for it. What is none of these is read as a bundle, whose reader
-says what is wrong with it. `FILE#NAME` is the material of that name in a glTF or OBJ file or a library (.mtl).
+says what is wrong with it. `FILE#NAME` is the material of that name in a glTF, OBJ or USD file or a library (.mtl).
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from engine.exchange.readers.archive import holds_zipped_textures, read_zip
 from engine.exchange.readers.documents_child import (
     Kind,
     describe_document,
+    describe_usd,
     is_obj,
     library_beside,
     list_libraries,
@@ -32,6 +33,7 @@ from engine.exchange.readers.folder import describe_folder, describe_textures, d
 from engine.exchange.readers.rti import form_of, read_rti
 from engine.exchange.readers.textures import MAX_SIDE, Described, Input, maps_of
 from engine.geometry.gltf import NO_MATERIAL
+from engine.geometry.usd import is_usd
 from engine.scene.material import Material, material_of_maps
 from engine.storage.untrusted import read_head
 
@@ -42,8 +44,8 @@ _HEAD_BYTES = 4096
 def holds_material(path: str | os.PathLike[str]) -> bool:
     """True if `path` is a material of another program.
 
-    These are textures in a folder or a zip, a MaterialX document, a glTF or OBJ file, a library of OBJ materials, a
-    folder of one of these, and files of reflectance transformation imaging.
+    These are textures in a folder or a zip, a MaterialX document, a glTF, OBJ or USD file, a library of OBJ materials,
+    a folder of one of these, and files of reflectance transformation imaging.
 
     No image is decoded.
     """
@@ -81,7 +83,7 @@ def read_material(
         return (yield from read_rti(place, form))
     if place.is_file() and not _kind(place):
         return (yield from read_zip(place))
-    is_model = place.is_file() and _kind(place) in ("gltf", "obj")
+    is_model = place.is_file() and _kind(place) in ("gltf", "obj", "usd")
     of_model = list_parts(place) if parts and not name and is_model else []
     if not of_model:
         described = describe(place, name, within)
@@ -120,8 +122,11 @@ def _read_parts(path: Path, names: Sequence[str], search: Path | None) -> Steps[
     Together they have at most as many texels as one of the largest size.
     """
     names = [*names, *([NO_MATERIAL] if is_obj(path) else [])]
-    main = describe(path, search=search)
-    described = [describe(path, name, search) for name in names]
+    if is_usd(path):
+        main, *described = describe_usd(path, ["", *names], search)
+    else:
+        main = describe(path, search=search)
+        described = [describe(path, name, search) for name in names]
     textured = sum(_images(each) > 0 for each in described)
     most = int(MAX_SIDE / max(1, textured) ** 0.5)
     found = []
@@ -140,10 +145,7 @@ def _images(described: Described) -> int:
 
 
 def refuse_by_name(path: Path) -> None:
-    """InputError for a layer of USD, by its first bytes, for what is named for RTI and is not, and for measurements of
-    another kind."""
-    if path.is_file() and read_head(path, 8)[0].startswith((b"#usda", b"PXR-USDC")):
-        raise InputError(path, "is a layer of USD, which is not read", "Export its material as .mtlx, .glb or .usdz")
+    """InputError for what is named for RTI and is not, and for measurements of another kind."""
     if path.is_file():
         refuse_others(path, read_head(path, _HEAD_BYTES)[0])
     if path.is_file() and path.suffix.lower() in (".ptm", ".rti"):
@@ -173,6 +175,8 @@ def describe(path: Path, name: str = "", search: Path | None = None) -> Describe
     found = _kind(path)
     if found == "obj":
         return _describe_obj(path, name)
+    if found == "usd":
+        return describe_usd(path, [name], search)[0]
     kind: Kind = "materialx" if found == "materialx" else "mtl" if found == "mtl" else "gltf"
     if name and kind == "materialx":
         raise InputError(path, "is no glTF file, of which #NAME chooses a material", f"Leave out #{name}")
@@ -204,7 +208,9 @@ def _describe_obj(path: Path, name: str) -> Described:
 
 
 def _kind(path: Path) -> str:
-    """'materialx', 'gltf', 'obj', 'mtl', or '' for none of these."""
+    """'materialx', 'gltf', 'obj', 'mtl', 'usd', or '' for none of these."""
+    if is_usd(path):
+        return "usd"
     if path.suffix.lower() in (".obj", ".mtl"):
         return path.suffix.lower()[1:]
     head, _ = read_head(path, _HEAD_BYTES)

@@ -13,6 +13,7 @@ from engine.core.steps import drain
 from engine.exchange import materialx, usd
 from engine.exchange.readers.read import holds_material, open_material
 from engine.exchange.subject import Settings
+from engine.geometry import usd as geometry_usd
 from tests.engine.exchange.materials import measure_subject
 
 from .images import grey, png
@@ -53,7 +54,10 @@ def test_documents_in_a_zip_are_said_to_be_passed_over(folder: Path, tmp_path: P
     assert any("Bricks076_1K-PNG.mtlx in the archive is not read" in note for note in notes)
 
 
-def test_textures_of_our_usd_package_come_back(tmp_path: Path) -> None:
+def test_textures_of_our_usd_package_come_back_without_its_library(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(geometry_usd, "has_library", lambda: False)
     subject = measure_subject()
     content = drain(usd.contents(subject, Settings(), "")).files["A_cloth_woven.usdz"]
     (tmp_path / "woven.usdz").write_bytes(content)
@@ -97,7 +101,10 @@ def test_zips_of_anything_else_are_no_material(folder: Path, tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("begin", [b"#usda 1.0\n", b"PXR-USDC\0\0"])
-def test_layers_of_usd_are_refused_by_name(begin: bytes, tmp_path: Path) -> None:
+def test_layers_of_usd_are_refused_by_name_without_its_library(
+    begin: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(geometry_usd, "has_library", lambda: False)
     (tmp_path / "m.usd").write_bytes(begin + b" " * 200)
-    with pytest.raises(InputError, match="USD"):
+    with pytest.raises(InputError, match="usd-core"):
         open_material(tmp_path / "m.usd")
