@@ -66,7 +66,7 @@ LAMPS: dict[str, type[Any]] = {"lamps": LampSettings, "near_lamps": NearLampSett
 MAX_LAMPS, MAX_BYTES = 64, 2**32
 
 #: Endings of models that may bring a material.
-MODELS_WITH_MATERIALS = (".glb", ".gltf", ".obj", *usd.SUFFIXES)
+MODELS_WITH_MATERIALS = (".glb", ".gltf", ".obj", ".ply", *usd.SUFFIXES)
 
 
 @dataclass(frozen=True, eq=False)

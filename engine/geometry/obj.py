@@ -1,8 +1,9 @@
 """OBJ and OFF: polygons as text, whole, with corners that may be wrong and numbers that may not.
 
 Wavefront OBJ: `v`, `vt`, `vn` and `f`, indices from 1 or backwards from the line they stand on, lines continued with
-a backslash. Groups, curves and colours of vertices say nothing about the shape and are passed over; of materials the
-names are kept (`usemtl`), and no other file is opened. OFF with any of the prefixes ST, C and N.
+a backslash. Colours of vertices (`v x y z r g b`) are coded as sRGB, as MeshLab and Blender write them. Groups and
+curves say nothing about the shape and are passed over; of materials the names are kept (`usemtl`), and no other file is
+opened. OFF with any of the prefixes ST, C and N.
 Ours instead of trimesh's, because that cuts every polygon as a fan, and refuses files for one wrong index.
 Cost: about 0.3 s for 100,000 triangles, most of it in taking lines apart.
 """
@@ -16,6 +17,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.colour import srgb_decode
 from engine.core.errors import InputError
 from engine.geometry.gltf import NO_MATERIAL
 from engine.geometry.polygons import Polygons
@@ -44,15 +46,36 @@ def read_obj(content: bytes, name: str) -> Polygons:
     textured = absolute[:, 1] if known[1] else None
     directed = absolute[:, 2] if known[2] else None
     part, part_names = _materials(rows[b"usemtl"], np.asarray(numbers, np.int64))
+    colours = _colours(rows[b"v"], name)
+    if colours is not None and part is None:
+        part, part_names = np.zeros(len(numbers), np.int64), (NO_MATERIAL,)
     return Polygons(
         points,
         absolute[:, 0],
         sizes,
         _pick(_table(rows[b"vn"], 3, name), directed),
         _pick(_table(rows[b"vt"], 2, name, least=1), textured),
+        None if colours is None else _pick(colours, absolute[:, 0]),
         part,
         part_names,
     )
+
+
+def _colours(rows: Rows, name: str) -> NDArray[np.float64] | None:
+    """(rows, 3) linear colours of points that state x y z r g b, NaN for the others; None without any."""
+    counts = np.array([len(line.split()) for line in rows[1]])
+    stated = np.isin(counts, (6, 7))
+    if not stated.any():
+        return None
+    given = [(number, line.split(maxsplit=3)[3]) for number, line, has in zip(*rows, stated, strict=True) if has]
+    found = np.full((len(counts), 3), np.nan)
+    found[stated] = linear_colours(_table(([each[0] for each in given], [each[1] for each in given]), 3, name))
+    return found
+
+
+def linear_colours(srgb: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Linear colours of what programs write for vertices, which is coded as sRGB."""
+    return np.asarray(srgb_decode(np.clip(np.nan_to_num(srgb, nan=1.0), 0.0, 1.0)), np.float64)
 
 
 def _materials(rows: Rows, lines: NDArray[np.int64]) -> tuple[NDArray[np.int64] | None, tuple[str, ...]]:

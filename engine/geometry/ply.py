@@ -1,7 +1,8 @@
 """PLY (Turk1994): polygons and triangle strips, as text or in either byte order, with lists of any lengths.
 
 Ours instead of trimesh's, because that cuts polygons as fans, and reads no binary file whose polygons differ in size,
-which is what modelling programs write. Properties that say nothing about the shape are passed over.
+which is what modelling programs write. Colours of vertices are coded as sRGB. Properties that say nothing about the
+shape or its colours are passed over.
 Cost: as reading the file where all lists of an element are equally long, else 1 µs per list.
 """
 
@@ -13,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.errors import InputError
-from engine.geometry.obj import numbers_of
+from engine.geometry.gltf import NO_MATERIAL
+from engine.geometry.obj import linear_colours, numbers_of
 from engine.geometry.polygons import Polygons
 from engine.storage.untrusted import AGAIN
 
@@ -29,10 +31,11 @@ _KINDS = {
 }
 
 _TEXTURE = (("u", "v"), ("s", "t"), ("texture_u", "texture_v"), ("texcoord_u", "texcoord_v"))
+_COLOURS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
 _CORNERS = ("vertex_indices", "vertex_index")
 
 #: Most bytes of a header.
-_HEADER_BYTES = 1 << 16
+HEADER_BYTES = 1 << 16
 
 
 @dataclass
@@ -65,7 +68,7 @@ def read_ply(content: bytes, name: str) -> Polygons:
 
 def _header(content: bytes) -> tuple[dict[str, _Element], bool, int]:
     """The elements by name, whether the body is text, and where it begins."""
-    end = content.find(b"end_header", 0, _HEADER_BYTES)
+    end = content.find(b"end_header", 0, HEADER_BYTES)
     if not content.startswith(b"ply") or end < 0:
         raise ValueError("it has no PLY header")
     lines = content[:end].decode("latin-1").splitlines()
@@ -211,7 +214,35 @@ def _polygons(elements: dict[str, _Element]) -> Polygons:
         corners, sizes = np.empty(0, np.int64), np.empty(0, np.int64)
     at = np.where((corners >= 0) & (corners < len(points)), corners, 0)
     normals = np.stack([vertex[axis] for axis in ("nx", "ny", "nz")], -1) if {"nx", "ny", "nz"} <= set(vertex) else None
-    return Polygons(points, corners, sizes, None if normals is None else normals[at], _texture(elements, vertex, at))
+    colours = _colours(elements["vertex"])
+    return Polygons(
+        points,
+        corners,
+        sizes,
+        None if normals is None else normals[at],
+        _texture(elements, vertex, at),
+        None if colours is None else colours[at],
+        None if colours is None else np.zeros(len(sizes), np.int64),
+        () if colours is None else (NO_MATERIAL,),
+    )
+
+
+def has_colours(head: bytes) -> bool:
+    """True for a PLY file, by its header, whose vertices have colours."""
+    end = head.find(b"end_header")
+    lines = [line.split() for line in head[: max(end, 0)].splitlines()]
+    names = {line[2].decode("latin-1") for line in lines if line[:1] == [b"property"] and len(line) == 3}
+    return head.startswith(b"ply") and any(names.issuperset(each) for each in _COLOURS)
+
+
+def _colours(vertex: _Element) -> NDArray[np.float64] | None:
+    """(V, 3) linear colours; None without any."""
+    names = next((each for each in _COLOURS if set(each) <= set(vertex.values)), None)
+    if names is None:
+        return None
+    kind = next(kind for name, kind, _ in vertex.properties if name == names[0])
+    largest = float(np.iinfo(kind).max) if kind.kind in "iu" else 1.0
+    return linear_colours(np.stack([vertex.values[name] for name in names], axis=-1) / largest)
 
 
 def _corners(element: _Element) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -36,6 +36,7 @@ class Polygons:
     sizes : (N,) int64 corners of each polygon, C together.
     normals : (C, 3) float64 of the corners, NaN where the file states none; None where it states none at all.
     uv : (C, 2) float64 texture coordinates of the corners, v up, likewise.
+    colours : (C, 3) float64 linear colours of the corners, likewise.
     part : (N,) int64 for each polygon the place of its material among `part_names`; None where the file has none.
     """
 
@@ -44,6 +45,7 @@ class Polygons:
     sizes: NDArray[np.int64]
     normals: NDArray[np.float64] | None = None
     uv: NDArray[np.float64] | None = None
+    colours: NDArray[np.float64] | None = None
     part: NDArray[np.int64] | None = None
     part_names: tuple[str, ...] = ()
 
@@ -150,7 +152,7 @@ def _holds(p: np.ndarray, a: int, b: int, c: int, other: int) -> bool:
 
 
 def make_from_polygons(polygons: Polygons) -> dict[str, Any]:
-    """The triangles as `faces` (T, 3) with `normals` (T, 3, 3) and `uv` (T, 3, 2) of their corners, or None.
+    """The triangles as `faces` (T, 3) with `normals`, `uv` and `colours` (T, 3, …) of their corners, or None.
 
     Likewise `part` (T,), with `part_names`.
     """
@@ -162,6 +164,7 @@ def make_from_polygons(polygons: Polygons) -> dict[str, Any]:
         "faces": polygons.corners[triangles],
         "normals": None if polygons.normals is None else polygons.normals[triangles],
         "uv": None if polygons.uv is None else polygons.uv[triangles],
+        "colours": None if polygons.colours is None else polygons.colours[triangles],
         "part": part,
         "part_names": list(polygons.part_names),
     }

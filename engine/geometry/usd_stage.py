@@ -44,6 +44,9 @@ _COUNTED = (
     "subdivision_surfaces",
 )
 
+#: Types of texture coordinates.
+_PAIRS = ("texCoord2f[]", "texCoord2d[]", "texCoord2h[]", "float2[]", "double2[]", "half2[]")
+
 #: Inputs of a surface in the order in which its texture coordinates count: of UsdPreviewSurface, and of MaterialX.
 _ORDER = ("diffuseColor", "base_color", "roughness", "specular_roughness", "normal", "geometry_normal")
 
@@ -377,9 +380,9 @@ class _Reader:
         return spread.look_up(table, mesh.GetNormalsInterpolation()) if len(table) else None
 
     def _uv(self, prim: Any, place: Coordinates, spread: _Spread) -> Array | None:
-        known = [each.GetPrimvarName() for each in UsdGeom.PrimvarsAPI(prim).FindPrimvarsWithInheritance()]
-        others = [each for each in ("st", "UVMap", "st0", "map1", "uv") if each in known]
-        name = place.primvar if place.primvar in known else others[0] if others else ""
+        primvars = UsdGeom.PrimvarsAPI(prim).FindPrimvarsWithInheritance()
+        known = [each.GetPrimvarName() for each in primvars if str(each.GetTypeName()) in _PAIRS]
+        name = next((each for each in (place.primvar, "st", "UVMap", *known) if each in known), "")
         uv = self._primvar(prim, name, 2, spread) if name else None
         matrix = np.array(place.matrix).reshape(3, 2)
         return None if uv is None else uv @ matrix[:2] + matrix[2]

@@ -18,8 +18,10 @@ import numpy as np
 from engine.core.errors import InputError
 from engine.exchange.readers.gltf import JSON_LIMIT_BYTES, gltf_of, parts_of
 from engine.exchange.readers.materialx import materialx_of
-from engine.exchange.readers.mtl import mtl_of, scan_obj
+from engine.exchange.readers.mtl import has_colours_of_obj, mtl_of, scan_obj
 from engine.exchange.readers.textures import Described, Image, Input
+from engine.geometry.gltf import NO_MATERIAL
+from engine.geometry.ply import HEADER_BYTES, has_colours
 from engine.geometry.usd import ask_usd, is_usd
 from engine.scene.credits import credits_of
 from engine.storage.beside import file_beside
@@ -125,7 +127,7 @@ def library_beside(path: Path, named: str) -> Path:
 
 def _scan(path: Path) -> dict[str, Any]:
     decoder = "engine.exchange.readers.documents_child:decode_parts"
-    limit_bytes = FILE_LIMIT_BYTES if is_obj(path) else _limit_bytes(path, "gltf")
+    limit_bytes = FILE_LIMIT_BYTES if path.suffix.lower() in (".obj", ".ply") else _limit_bytes(path, "gltf")
     return decode_in_child(decoder, path, limit_bytes=limit_bytes, process=_MODEL)
 
 
@@ -134,11 +136,20 @@ def is_obj(path: Path) -> bool:
     return path.suffix.lower() == ".obj"
 
 
+def describe_coloured(path: Path) -> Described:
+    """The white material of a model that states colours of vertices and no material."""
+    said = ("colours of vertices are passed over on other models",)
+    return Described(path.stem[:60], Input((1.0, 1.0, 1.0)), elsewhere=said)
+
+
 def decode_parts(content: bytes, name: str) -> dict[str, list[str]]:
     """The decoder: `parts`, names of the materials of a model, and `libraries`, the files with those of an OBJ."""
     if is_obj(Path(name)):
         libraries, parts = scan_obj(content)
+        parts = parts or ([NO_MATERIAL] if has_colours_of_obj(content) else [])
         return {"parts": parts, "libraries": libraries}
+    if content.startswith(b"ply"):
+        return {"parts": [NO_MATERIAL] if has_colours(content[:HEADER_BYTES]) else [], "libraries": []}
     return {"parts": parts_of(content, Path(name)), "libraries": []}
 
 

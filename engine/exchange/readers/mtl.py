@@ -47,6 +47,7 @@ _NOT_DRAWN = {
 
 _NORMALS = re.compile(r"norm|nrm|_n\.", re.IGNORECASE)
 _NAMED = re.compile(rb"^[ \t]{0,40}+(usemtl|mtllib)[ \t]{1,40}+([^\r\n]{0,1000}+)", re.MULTILINE)
+_COLOURED = re.compile(rb"^[ \t]{0,40}+v(?:[ \t]{1,40}+[-+.eE\d]{1,40}+){6,7}[ \t\r]{0,40}+$", re.MULTILINE)
 
 Material = dict[str, str]
 
@@ -59,6 +60,11 @@ def scan_obj(content: bytes) -> tuple[list[str], list[str]]:
         if name and name not in found[key]:
             found[key].append(name)
     return found[b"mtllib"], found[b"usemtl"]
+
+
+def has_colours_of_obj(content: bytes) -> bool:
+    """True if a vertex of an OBJ file has six or seven numbers."""
+    return _COLOURED.search(content) is not None
 
 
 def names_of(content: bytes) -> list[str]:

@@ -22,6 +22,7 @@ from engine.core.steps import Steps, drain, part
 from engine.exchange.readers.archive import holds_zipped_textures, read_zip
 from engine.exchange.readers.documents_child import (
     Kind,
+    describe_coloured,
     describe_document,
     describe_usd,
     is_obj,
@@ -33,6 +34,7 @@ from engine.exchange.readers.folder import describe_folder, describe_textures, d
 from engine.exchange.readers.rti import form_of, read_rti
 from engine.exchange.readers.textures import MAX_SIDE, Described, Input, maps_of
 from engine.geometry.gltf import NO_MATERIAL
+from engine.geometry.ply import has_colours
 from engine.geometry.usd import is_usd
 from engine.scene.material import Material, material_of_maps
 from engine.storage.untrusted import read_head
@@ -83,7 +85,7 @@ def read_material(
         return (yield from read_rti(place, form))
     if place.is_file() and not _kind(place):
         return (yield from read_zip(place))
-    is_model = place.is_file() and _kind(place) in ("gltf", "obj", "usd")
+    is_model = place.is_file() and _kind(place) in ("gltf", "obj", "ply", "usd")
     of_model = list_parts(place) if parts and not name and is_model else []
     if not of_model:
         described = describe(place, name, within)
@@ -113,7 +115,7 @@ def find_doubt_of_parts(path: Path) -> str | None:
             library_beside(path, named)
     except InputError as error:
         return f"is drawn without its materials: it {error.problem}"
-    return None if libraries else ""
+    return None if libraries or list_parts(path) == [NO_MATERIAL] else ""
 
 
 def _read_parts(path: Path, names: Sequence[str], search: Path | None) -> Steps[Material]:
@@ -121,7 +123,7 @@ def _read_parts(path: Path, names: Sequence[str], search: Path | None) -> Steps[
 
     Together they have at most as many texels as one of the largest size.
     """
-    names = [*names, *([NO_MATERIAL] if is_obj(path) else [])]
+    names = list(dict.fromkeys([*names, *([NO_MATERIAL] if is_obj(path) else [])]))
     if is_usd(path):
         main, *described = describe_usd(path, ["", *names], search)
     else:
@@ -175,6 +177,8 @@ def describe(path: Path, name: str = "", search: Path | None = None) -> Describe
     found = _kind(path)
     if found == "obj":
         return _describe_obj(path, name)
+    if found == "ply":
+        return describe_coloured(path)
     if found == "usd":
         return describe_usd(path, [name], search)[0]
     kind: Kind = "materialx" if found == "materialx" else "mtl" if found == "mtl" else "gltf"
@@ -186,6 +190,8 @@ def describe(path: Path, name: str = "", search: Path | None = None) -> Describe
 def _describe_obj(path: Path, name: str) -> Described:
     """The material of this name in the libraries of an OBJ file, or the first with a map."""
     libraries = [library_beside(path, named) for named in list_libraries(path)]
+    if not libraries and list_parts(path) == [NO_MATERIAL]:
+        return describe_coloured(path)
     if not libraries:
         raise InputError(path, "names no library of materials (mtllib)", "Export it with its materials")
     if not name:
@@ -208,12 +214,14 @@ def _describe_obj(path: Path, name: str) -> Described:
 
 
 def _kind(path: Path) -> str:
-    """'materialx', 'gltf', 'obj', 'mtl', 'usd', or '' for none of these."""
+    """'materialx', 'gltf', 'obj', 'mtl', 'ply' (with colours), 'usd', or '' for none of these."""
     if is_usd(path):
         return "usd"
     if path.suffix.lower() in (".obj", ".mtl"):
         return path.suffix.lower()[1:]
     head, _ = read_head(path, _HEAD_BYTES)
+    if head.startswith(b"ply"):
+        return "ply" if has_colours(head) else ""
     text = head.removeprefix(b"\xef\xbb\xbf").lstrip()
     if head.startswith(b"glTF"):
         return "gltf"

@@ -17,6 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.core.errors import InputError
+from engine.exchange.readers.read import open_material
 from engine.geometry import read_scene
 from engine.geometry.mesh import INSTEAD, Mesh, decode_mesh, read_mesh
 from engine.geometry.polygons import Polygons, triangulate
@@ -67,6 +68,39 @@ def test_V12_obj_as_programs_write_it(tmp_path: Path, text: bytes, faces: int) -
     mesh = read(tmp_path, "a.obj", text)
     assert len(mesh.faces) == faces
     assert area(mesh) == pytest.approx(0.5 * faces)
+
+
+@pytest.mark.parametrize("kind", ["obj", "ply", "ply-bytes"])
+def test_colours_of_vertices_are_read_as_srgb(tmp_path: Path, kind: str) -> None:
+    codes = np.array([[255, 0, 51], [0, 102, 255], [128, 128, 0]])
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    if kind == "obj":
+        rows = [
+            f"v {x} {y} {z} {r / 255} {g / 255} {b / 255}" for (x, y, z), (r, g, b) in zip(points, codes, strict=True)
+        ]
+        content = "\n".join([*rows, "v 7 7 7", "f 1 2 3"]).encode()
+    else:
+        names = "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
+        form = "ascii" if kind == "ply" else "binary_little_endian"
+        head = f"ply\nformat {form} 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        head += f"{names}element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        rows = [" ".join(map(str, row)) for row in np.hstack([points, codes]).tolist()]
+        body = "\n".join([*rows, "3 0 1 2"]).encode()
+        if kind == "ply-bytes":
+            pairs = zip(points.tolist(), codes.tolist(), strict=True)
+            body = b"".join(struct.pack("<3f3B", *point, *colour) for point, colour in pairs)
+            body += struct.pack("<B3i", 3, 0, 1, 2)
+        content = head.encode() + body
+    mesh = read(tmp_path, f"a.{kind[:3]}", content)
+    assert mesh.colours is not None
+    assert mesh.part_names == ("no material",)
+    share = codes / 255
+    wanted = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+    np.testing.assert_allclose(mesh.colours[np.lexsort(mesh.positions.T)], wanted[np.lexsort(points.T)], atol=1e-6)
+    material = open_material(tmp_path / f"a.{kind[:3]}", parts=True)
+    assert [each.name for each in material.parts] == ["no material"]
+    assert material.pbr is not None
+    assert np.all(material.pbr.base_colour == 1.0)
 
 
 def test_faces_without_texture_coordinates_among_others_get_some(tmp_path: Path) -> None:
