@@ -150,6 +150,7 @@ LARGE = (
     "cancel",
     "project",
     "large-memory",
+    "large-models",
 )
 
 #: Name of a group of errors and the function that finds them in a working folder.
@@ -185,6 +186,7 @@ ACCURACIES = {
     "project": "benchmarks.app.project:project",
     "project-size": "benchmarks.app.project_size:project_size",
     "large-memory": "benchmarks.app.large_memory:large_memory",
+    "large-models": "benchmarks.app.large_models:large_models",
 }
 
 #: Options of the command line that a group of errors takes.

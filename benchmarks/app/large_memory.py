@@ -124,7 +124,7 @@ def _watch(words: Sequence[str], folder: Path, done: float, note: str) -> Steps[
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
         try:
             while process.poll() is None:
-                everything, files = _memory(process.pid)
+                everything, files = memory_of(process.pid)
                 most, max_without = max(most, everything), max(max_without, everything - files)
                 max_disk = max(max_disk, _on_disk(folder) + _nameless(process.pid))
                 yield Step(done, note)
@@ -137,7 +137,7 @@ def _watch(words: Sequence[str], folder: Path, done: float, note: str) -> Steps[
     return Peak(most, max_without, max_disk, time.monotonic() - start)
 
 
-def _memory(pid: int) -> tuple[int, int]:
+def memory_of(pid: int) -> tuple[int, int]:
     """Proportional bytes of a process and its children: of all pages, and of those of mapped files."""
     everything = files = 0
     try:
