@@ -173,6 +173,8 @@ class _Reader:
             return Described(name, colour, Input((1.0,)), Input((0.0,)), Input((0.0,)), notes=tuple(self.notes))
         f0 = self._f0(extensions)
         passing = self._numbers(_dict(extensions, "KHR_materials_transmission"), "transmissionFactor", (0.0,))[0]
+        if packed is None:
+            passing *= 1.0 - min(max(metallic[0], 0.0), 1.0)  # metals let nothing through
         if passing > 0.0:
             self.notes.append("light that goes through the surface is lost")
             if "transmissionTexture" in _dict(extensions, "KHR_materials_transmission"):

@@ -212,6 +212,8 @@ def test_every_property_of_a_material_is_read_or_named(owner: str, key: str, tmp
         light = {"emissiveFactor": [1, 1, 1]} if owner == "KHR_materials_emissive_strength" else {}
         through = {"KHR_materials_transmission": {"transmissionFactor": 0.2}}
         needs_light = owner in ("KHR_materials_volume", "KHR_materials_dispersion")
+        if needs_light or owner in through:
+            material["pbrMetallicRoughness"]["metallicFactor"] = 0.5  # metals let nothing through
         material |= light | ({"extensions": through} if needs_light else {})
         if entries is not None:
             if not owner:
