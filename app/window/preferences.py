@@ -32,7 +32,7 @@ WIDTH_PX = 420
 SPOKEN = (("system", "System default"), *LANGUAGES.items())
 THEMES = (("dark", "Dark"), ("light", "Light"))
 LENGTHS = (("mm", "Millimetres"), ("cm", "Centimetres"), ("in", "Inches"))
-FORMS = tuple(zip(NUMBERS, ("System default", "1,234.5", "1 234,5"), strict=True))
+FORMS = tuple(zip(NUMBERS, ("By language", "1,234.5", "1 234,5"), strict=True))
 
 #: Memory that a plan may choose, in GB; 0 leaves it to what is free.
 MEMORIES_GB = (0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)

@@ -153,7 +153,7 @@
   </message>
   <message>
    <source>As it is</source>
-   <translation>Unverändert</translation>
+   <translation>Original</translation>
   </message>
   <message>
    <source>Alpha channel</source>
@@ -1898,7 +1898,7 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
   </message>
   <message>
    <source>Mixed</source>
-   <translation>Beides</translation>
+   <translation>Mix</translation>
   </message>
   <message>
    <source>Tiles in which a texel's error reaches the bound keep their slices</source>
@@ -1930,7 +1930,7 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
   </message>
   <message>
    <source>Of largest r</source>
-   <translation>Des größten r</translation>
+   <translation>Vom max. r</translation>
   </message>
   <message>
    <source>Worst texel</source>
@@ -2058,7 +2058,7 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
   </message>
   <message>
    <source>Evened</source>
-   <translation>Ausgeglichen</translation>
+   <translation>Ausgegl.</translation>
   </message>
   <message>
    <source>Its slow change over the sample is divided out, which repeated makes bands</source>
@@ -3555,7 +3555,7 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
   </message>
   <message>
    <source>Clamp</source>
-   <translation>Begrenzen</translation>
+   <translation>Kappen</translation>
   </message>
   <message>
    <source>Brighter than the brightest photograph: that photograph</source>
@@ -4818,7 +4818,7 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
   </message>
   <message>
    <source>Directional map, all planes</source>
-   <translation>Richtungskarte, alle Ebenen</translation>
+   <translation>Richtungskarte, Ebenen</translation>
   </message>
   <message>
    <source>directional_plane00.png and so on, their numbers and weights</source>
@@ -6388,6 +6388,10 @@ Ihre Arbeit ist noch da. %2.</translation>
    <translation>Zoll</translation>
   </message>
   <message>
+   <source>By language</source>
+   <translation>Wie die Sprache</translation>
+  </message>
+  <message>
    <source>Preferences</source>
    <translation>Einstellungen</translation>
   </message>
@@ -6732,7 +6736,7 @@ Ihre Arbeit ist noch da. %2.</translation>
   </message>
   <message>
    <source>A measured BRDF, factored into textures</source>
-   <translation>Eine gemessene BRDF, in Texturen faktorisiert</translation>
+   <translation>Gemessene BRDF, in Texturen zerlegt</translation>
   </message>
   <message>
    <source>A material or an object under a moving light</source>
@@ -6740,7 +6744,7 @@ Ihre Arbeit ist noch da. %2.</translation>
   </message>
   <message>
    <source>Measured BRDFs, PBR textures, MaterialX, a bundle</source>
-   <translation>Gemessene BRDFs, PBR-Texturen, MaterialX, ein Paket</translation>
+   <translation>BRDFs, PBR-Texturen, MaterialX, Pakete</translation>
   </message>
   <message>
    <source>A mesh and an HDR environment that lights it</source>
@@ -9901,6 +9905,2534 @@ MIT-Lizenz.</translation>
   <message>
    <source>Power</source>
    <translation>Leistung</translation>
+  </message>
+  <message>
+   <source>Today %1</source>
+   <translation>Heute %1</translation>
+  </message>
+  <message>
+   <source>Yesterday %1</source>
+   <translation>Gestern %1</translation>
+  </message>
+  <message>
+   <source>checking the bake</source>
+   <translation>Vorberechnung wird geprüft</translation>
+  </message>
+  <message>
+   <source>comparing as an eye does</source>
+   <translation>Bilder werden wahrnehmungsnah verglichen</translation>
+  </message>
+  <message>
+   <source>measuring the error</source>
+   <translation>Fehler wird gemessen</translation>
+  </message>
+  <message>
+   <source>Resampling to a table has an error of %1 RMS.</source>
+   <translation>Die Umrechnung in eine Tabelle hat einen Fehler von %1 RMS.</translation>
+  </message>
+  <message>
+   <source>sampling the reflectance</source>
+   <translation>Reflexion wird abgetastet</translation>
+  </message>
+  <message>
+   <source>has no valid measurement among its %1</source>
+   <translation>hat keine gültige Messung unter %1</translation>
+  </message>
+  <message>
+   <source>cannot be turned into a colour: %1</source>
+   <translation>lässt sich nicht in eine Farbe umrechnen: %1</translation>
+  </message>
+  <message>
+   <source>interpolation, box %1 of %2</source>
+   <translation>Interpolation, Bereich %1 von %2</translation>
+  </message>
+  <message>
+   <source>choice of coordinates and kernel</source>
+   <translation>Wahl von Koordinaten und Kern</translation>
+  </message>
+  <message>
+   <source>does not compile (%1)</source>
+   <translation>lässt sich nicht übersetzen (%1)</translation>
+  </message>
+  <message>
+   <source>Correct the shader</source>
+   <translation>Den Shader korrigieren</translation>
+  </message>
+  <message>
+   <source>has %1 bytes of text, more than %2</source>
+   <translation>hat %1 Bytes Text, mehr als %2</translation>
+  </message>
+  <message>
+   <source>Shorten it</source>
+   <translation>Kürzen</translation>
+  </message>
+  <message>
+   <source>%1 of the values %2 and count as 0.</source>
+   <translation>%1 der Werte %2 und zählen als 0.</translation>
+  </message>
+  <message>
+   <source>takes more than %1 s to evaluate</source>
+   <translation>braucht zur Auswertung mehr als %1 s</translation>
+  </message>
+  <message>
+   <source>Shorten its loops</source>
+   <translation>Die Schleifen kürzen</translation>
+  </message>
+  <message>
+   <source>hangs: not evaluated within %1 s</source>
+   <translation>hängt: in %1 s nicht ausgewertet</translation>
+  </message>
+  <message>
+   <source>makes the driver of OpenGL crash</source>
+   <translation>bringt den OpenGL-Treiber zum Absturz</translation>
+  </message>
+  <message>
+   <source>Write it more simply</source>
+   <translation>Einfacher schreiben</translation>
+  </message>
+  <message>
+   <source>has more than %1 bytes of text</source>
+   <translation>hat mehr als %1 Bytes Text</translation>
+  </message>
+  <message>
+   <source>holds a zero byte</source>
+   <translation>enthält ein Nullbyte</translation>
+  </message>
+  <message>
+   <source>Remove it</source>
+   <translation>Entfernen</translation>
+  </message>
+  <message>
+   <source>does not begin with the word analytic</source>
+   <translation>beginnt nicht mit dem Wort analytic</translation>
+  </message>
+  <message>
+   <source>Write it into the first line</source>
+   <translation>In die erste Zeile schreiben</translation>
+  </message>
+  <message>
+   <source>%1 never ends</source>
+   <translation>%1 endet nie</translation>
+  </message>
+  <message>
+   <source>Write ::end %1 after it</source>
+   <translation>Danach ::end %1 schreiben</translation>
+  </message>
+  <message>
+   <source>has no function BRDF</source>
+   <translation>hat keine Funktion BRDF</translation>
+  </message>
+  <message>
+   <source>#%1 is not allowed</source>
+   <translation>#%1 ist nicht erlaubt</translation>
+  </message>
+  <message>
+   <source>Remove the line: a text stands for itself</source>
+   <translation>Die Zeile entfernen: ein Text steht für sich</translation>
+  </message>
+  <message>
+   <source>declares more than %1 parameters</source>
+   <translation>deklariert mehr als %1 Parameter</translation>
+  </message>
+  <message>
+   <source>Leave some out</source>
+   <translation>Einige weglassen</translation>
+  </message>
+  <message>
+   <source>declares %1 again</source>
+   <translation>deklariert %1 noch einmal</translation>
+  </message>
+  <message>
+   <source>Give it another name</source>
+   <translation>Einen anderen Namen geben</translation>
+  </message>
+  <message>
+   <source>%1 is not a kind of parameter</source>
+   <translation>%1 ist keine Art von Parameter</translation>
+  </message>
+  <message>
+   <source>Write float, bool or color</source>
+   <translation>float, bool oder color schreiben</translation>
+  </message>
+  <message>
+   <source>is not a parameter</source>
+   <translation>ist kein Parameter</translation>
+  </message>
+  <message>
+   <source>%1 is not a name for a parameter</source>
+   <translation>%1 ist kein Name für einen Parameter</translation>
+  </message>
+  <message>
+   <source>Use letters, digits and _</source>
+   <translation>Buchstaben, Ziffern und _ verwenden</translation>
+  </message>
+  <message>
+   <source>the range of %1 is empty</source>
+   <translation>der Bereich von %1 ist leer</translation>
+  </message>
+  <message>
+   <source>Write a highest above the lowest</source>
+   <translation>Einen Höchstwert über dem kleinsten schreiben</translation>
+  </message>
+  <message>
+   <source>Close all brackets, comments and #if</source>
+   <translation>Alle Klammern, Kommentare und #if schließen</translation>
+  </message>
+  <message>
+   <source>%1 has not ended</source>
+   <translation>%1 ist nicht beendet</translation>
+  </message>
+  <message>
+   <source>Write ::end %1 before it</source>
+   <translation>Davor ::end %1 schreiben</translation>
+  </message>
+  <message>
+   <source>Correct it there</source>
+   <translation>Dort korrigieren</translation>
+  </message>
+  <message>
+   <source>ends %1, not %2</source>
+   <translation>beendet %1, nicht %2</translation>
+  </message>
+  <message>
+   <source>Pair them</source>
+   <translation>Paarweise schreiben</translation>
+  </message>
+  <message>
+   <source>%1 of equal mean radiance are clipped and cannot be compared</source>
+   <translation>%1 gleicher mittlerer Strahldichte sind übersteuert und lassen sich nicht vergleichen</translation>
+  </message>
+  <message>
+   <source>%1: isotropic and of small relief, as the method assumes</source>
+   <translation>%1: isotrop und mit geringem Relief, wie es das Verfahren annimmt</translation>
+  </message>
+  <message>
+   <source>%1: relief or grain shows, and lamps from other sides will look alike</source>
+   <translation>%1: Relief oder Maserung ist sichtbar, und Lampen auf anderen Seiten sehen gleich aus</translation>
+  </message>
+  <message>
+   <source>Comparing azimuths</source>
+   <translation>Azimute werden verglichen</translation>
+  </message>
+  <message>
+   <source>Separating the room light</source>
+   <translation>Raumlicht wird abgetrennt</translation>
+  </message>
+  <message>
+   <source>Looking for motion of the camera</source>
+   <translation>Bewegung der Kamera wird gesucht</translation>
+  </message>
+  <message>
+   <source>holds a chart without a patch</source>
+   <translation>enthält eine Farbtafel ohne Feld</translation>
+  </message>
+  <message>
+   <source>Write it again with --write-chart</source>
+   <translation>Mit --write-chart neu schreiben</translation>
+  </message>
+  <message>
+   <source>reading the diffuse part</source>
+   <translation>diffuser Anteil wird gelesen</translation>
+  </message>
+  <message>
+   <source>was left out: it %1. %2</source>
+   <translation>wurde ausgeschlossen: es %1. %2</translation>
+  </message>
+  <message>
+   <source>%1, as they do on an arc</source>
+   <translation>%1, wie auf einem Bogen</translation>
+  </message>
+  <message>
+   <source>%1%2; they were taken because a user said so</source>
+   <translation>%1%2; auf Anweisung trotzdem verwendet</translation>
+  </message>
+  <message>
+   <source>evening out the brightness</source>
+   <translation>Helligkeit wird ausgeglichen</translation>
+  </message>
+  <message>
+   <source>Leave it out, or turn its pixels and remove the tag</source>
+   <translation>Ausschließen, oder seine Pixel drehen und die Angabe entfernen</translation>
+  </message>
+  <message>
+   <source>%1: slices keep them, and a power law clips them</source>
+   <translation>%1: Schichten behalten sie, ein Potenzgesetz schneidet sie ab</translation>
+  </message>
+  <message>
+   <source>Reading the lens</source>
+   <translation>Objektiv wird gelesen</translation>
+  </message>
+  <message>
+   <source>Name a photograph that shows the chart with --chart, not a .chart file</source>
+   <translation>Mit --chart ein Foto der Farbtafel angeben, keine .chart-Datei</translation>
+  </message>
+  <message>
+   <source>Give one frame for all, or one exposure of each light</source>
+   <translation>Ein Bild für alle angeben oder eine Belichtung jedes Lichts</translation>
+  </message>
+  <message>
+   <source>Give one frame for each photograph, with its name or in the same order</source>
+   <translation>Ein Bild für jedes Foto angeben, mit dessen Namen oder in derselben Reihenfolge</translation>
+  </message>
+  <message>
+   <source>Name a photograph that is there, the shortest exposure of its light</source>
+   <translation>Ein vorhandenes Foto nennen, die kürzeste Belichtung seines Lichts</translation>
+  </message>
+  <message>
+   <source>Remove them, or name another reference</source>
+   <translation>Entfernen oder eine andere Referenz nennen</translation>
+  </message>
+  <message>
+   <source>Mark points in the photographs that are there</source>
+   <translation>Punkte in vorhandenen Fotos setzen</translation>
+  </message>
+  <message>
+   <source>Add it, or take the parallel one out</source>
+   <translation>Hinzufügen oder das parallele herausnehmen</translation>
+  </message>
+  <message>
+   <source>holds no pairs under polarisers, of which a gain is stated</source>
+   <translation>enthält keine Paare unter Polfiltern, für die ein Faktor angegeben ist</translation>
+  </message>
+  <message>
+   <source>Import it without</source>
+   <translation>Ohne importieren</translation>
+  </message>
+  <message>
+   <source>Reading the scale</source>
+   <translation>Maßstab wird gelesen</translation>
+  </message>
+  <message>
+   <source>does not tell the scale: %1</source>
+   <translation>zeigt den Maßstab nicht: %1</translation>
+  </message>
+  <message>
+   <source>Lay it flat beside the sample</source>
+   <translation>Flach neben die Probe legen</translation>
+  </message>
+  <message>
+   <source>Measure the distance again</source>
+   <translation>Den Abstand neu messen</translation>
+  </message>
+  <message>
+   <source>Looking for the colour chart</source>
+   <translation>Farbtafel wird gesucht</translation>
+  </message>
+  <message>
+   <source>Reading exposures</source>
+   <translation>Belichtungen werden gelesen</translation>
+  </message>
+  <message>
+   <source>State exposure_s of all photographs in capture.toml</source>
+   <translation>exposure_s aller Fotos in capture.toml angeben</translation>
+  </message>
+  <message>
+   <source>has no first mirror sphere that a second could add to</source>
+   <translation>hat keine erste Spiegelkugel, die eine zweite ergänzen könnte</translation>
+  </message>
+  <message>
+   <source>Reading the white balance</source>
+   <translation>Weißabgleich wird gelesen</translation>
+  </message>
+  <message>
+   <source>Leave these out, or crop them to the size of the others</source>
+   <translation>Ausschließen oder auf die Größe der anderen zuschneiden</translation>
+  </message>
+  <message>
+   <source>Colour profile %1 was applied</source>
+   <translation>Farbprofil %1 wurde angewendet</translation>
+  </message>
+  <message>
+   <source>Colours of %1 were converted to linear Rec.709 by the camera matrix of %2, without a profile</source>
+   <translation>Farben von %1 wurden mit der Kameramatrix von %2 nach linearem Rec.709 umgerechnet, ohne Profil</translation>
+  </message>
+  <message>
+   <source>%1 (%2 photographs, %3 first)</source>
+   <translation>%1 (%2 Fotos, zuerst %3)</translation>
+  </message>
+  <message>
+   <source>Leave one of them out</source>
+   <translation>Eines davon ausschließen</translation>
+  </message>
+  <message>
+   <source>Scale: %1</source>
+   <translation>Maßstab: %1</translation>
+  </message>
+  <message>
+   <source>Give the crossed photographs</source>
+   <translation>Die gekreuzten Fotos angeben</translation>
+  </message>
+  <message>
+   <source>Calibrating</source>
+   <translation>Kalibrierung</translation>
+  </message>
+  <message>
+   <source>Writing %1 of %2</source>
+   <translation>%1 von %2 wird geschrieben</translation>
+  </message>
+  <message>
+   <source>Read %1 of %2</source>
+   <translation>%1 von %2 gelesen</translation>
+  </message>
+  <message>
+   <source>has a key of more than %1 parts</source>
+   <translation>hat einen Schlüssel mit mehr als %1 Teilen</translation>
+  </message>
+  <message>
+   <source>Correct it, or remove the file</source>
+   <translation>Korrigieren oder die Datei entfernen</translation>
+  </message>
+  <message>
+   <source>is not valid TOML (%1)</source>
+   <translation>ist kein gültiges TOML (%1)</translation>
+  </message>
+  <message>
+   <source>Correct this key, or remove the file</source>
+   <translation>Diesen Schlüssel korrigieren oder die Datei entfernen</translation>
+  </message>
+  <message>
+   <source>Not all photographs are of one kind: %1 are mixed</source>
+   <translation>Die Fotos sind nicht alle von einer Art: %1 sind gemischt</translation>
+  </message>
+  <message>
+   <source>has its lights from another source</source>
+   <translation>hat seine Lichter aus einer anderen Quelle</translation>
+  </message>
+  <message>
+   <source>Open it as a project of its own</source>
+   <translation>Als eigenes Projekt öffnen</translation>
+  </message>
+  <message>
+   <source>Open it by itself</source>
+   <translation>Allein öffnen</translation>
+  </message>
+  <message>
+   <source>Leave them out, or give them other names</source>
+   <translation>Ausschließen oder anders benennen</translation>
+  </message>
+  <message>
+   <source>Leave one of them out, or correct its light</source>
+   <translation>Eines davon ausschließen oder sein Licht korrigieren</translation>
+  </message>
+  <message>
+   <source>is black</source>
+   <translation>ist schwarz</translation>
+  </message>
+  <message>
+   <source>Leave it out</source>
+   <translation>Ausschließen</translation>
+  </message>
+  <message>
+   <source>does not show the white patch, or clipped</source>
+   <translation>zeigt das weiße Feld nicht oder übersteuert</translation>
+  </message>
+  <message>
+   <source>Give another patch</source>
+   <translation>Ein anderes Feld angeben</translation>
+  </message>
+  <message>
+   <source>line %1 %2</source>
+   <translation>Zeile %1 %2</translation>
+  </message>
+  <message>
+   <source>Correct the file, or remove it and give the angles yourself</source>
+   <translation>Die Datei korrigieren oder entfernen und die Winkel selbst angeben</translation>
+  </message>
+  <message>
+   <source>Add the counterpart, or take it out of the folder</source>
+   <translation>Das Gegenstück hinzufügen oder es aus dem Ordner nehmen</translation>
+  </message>
+  <message>
+   <source>Give one crossed photograph for each parallel one</source>
+   <translation>Für jedes parallele Foto ein gekreuztes angeben</translation>
+  </message>
+  <message>
+   <source>keeps one light of the list only</source>
+   <translation>behält nur ein Licht der Liste</translation>
+  </message>
+  <message>
+   <source>At least two are needed</source>
+   <translation>Mindestens zwei sind nötig</translation>
+  </message>
+  <message>
+   <source>has no azimuths to choose lights by</source>
+   <translation>hat keine Azimute, nach denen Lichter gewählt werden könnten</translation>
+  </message>
+  <message>
+   <source>has %1 at azimuth %2</source>
+   <translation>hat %1 bei Azimut %2</translation>
+  </message>
+  <message>
+   <source>Give file names of its photographs, or their numbers: 1,4-9</source>
+   <translation>Dateinamen der Fotos angeben oder ihre Nummern: 1,4-9</translation>
+  </message>
+  <message>
+   <source>Count photographs in the order of their file names</source>
+   <translation>Fotos in der Reihenfolge ihrer Dateinamen zählen</translation>
+  </message>
+  <message>
+   <source>names %1, which is not there</source>
+   <translation>nennt %1, das nicht da ist</translation>
+  </message>
+  <message>
+   <source>Add the file, or correct it</source>
+   <translation>Die Datei hinzufügen oder korrigieren</translation>
+  </message>
+  <message>
+   <source>holds %1</source>
+   <translation>enthält %1</translation>
+  </message>
+  <message>
+   <source>Give the folder of the photographs under crossed polarisers</source>
+   <translation>Den Ordner der Fotos unter gekreuzten Polfiltern angeben</translation>
+  </message>
+  <message>
+   <source>Keep one exposure of each light and polariser</source>
+   <translation>Eine Belichtung je Licht und Polfilter behalten</translation>
+  </message>
+  <message>
+   <source>is not a regular file</source>
+   <translation>ist keine gewöhnliche Datei</translation>
+  </message>
+  <message>
+   <source>several photographs are called %1</source>
+   <translation>mehrere Fotos heißen %1</translation>
+  </message>
+  <message>
+   <source>Give each a name of its own</source>
+   <translation>Jedem einen eigenen Namen geben</translation>
+  </message>
+  <message>
+   <source>holds %1 files called %2</source>
+   <translation>enthält %1 Dateien namens %2</translation>
+  </message>
+  <message>
+   <source>Keep the one that belongs</source>
+   <translation>Die zugehörige behalten</translation>
+  </message>
+  <message>
+   <source>is an archive among other files</source>
+   <translation>ist ein Archiv unter anderen Dateien</translation>
+  </message>
+  <message>
+   <source>Give one archive alone, or files and folders</source>
+   <translation>Ein Archiv allein angeben, oder Dateien und Ordner</translation>
+  </message>
+  <message>
+   <source>is a bundle, or holds one: no photographs</source>
+   <translation>ist oder enthält ein Paket: keine Fotos</translation>
+  </message>
+  <message>
+   <source>Open it in the window</source>
+   <translation>Im Fenster öffnen</translation>
+  </message>
+  <message>
+   <source>holds another archive (%1)</source>
+   <translation>enthält ein weiteres Archiv (%1)</translation>
+  </message>
+  <message>
+   <source>Unpack it and give the folder</source>
+   <translation>Entpacken und den Ordner angeben</translation>
+  </message>
+  <message>
+   <source>holds no photographs</source>
+   <translation>enthält keine Fotos</translation>
+  </message>
+  <message>
+   <source>Pack the photographs of one capture</source>
+   <translation>Die Fotos einer Aufnahme packen</translation>
+  </message>
+  <message>
+   <source>holds photographs in several folders: %1</source>
+   <translation>enthält Fotos in mehreren Ordnern: %1</translation>
+  </message>
+  <message>
+   <source>Pack one capture by itself</source>
+   <translation>Eine Aufnahme allein packen</translation>
+  </message>
+  <message>
+   <source>Give the folder of one capture</source>
+   <translation>Den Ordner einer Aufnahme angeben</translation>
+  </message>
+  <message>
+   <source>Check the permissions of the folder</source>
+   <translation>Die Rechte des Ordners prüfen</translation>
+  </message>
+  <message>
+   <source>Check that it exists, or leave it out</source>
+   <translation>Prüfen, ob es existiert, oder es weglassen</translation>
+  </message>
+  <message>
+   <source>cannot be written (%1)</source>
+   <translation>lässt sich nicht schreiben (%1)</translation>
+  </message>
+  <message>
+   <source>Correct the outline of the sphere</source>
+   <translation>Den Umriss der Kugel korrigieren</translation>
+  </message>
+  <message>
+   <source>shows no second sphere: %1</source>
+   <translation>zeigt keine zweite Kugel: %1</translation>
+  </message>
+  <message>
+   <source>%1 (the sphere is at %2)</source>
+   <translation>%1 (die Kugel liegt bei %2)</translation>
+  </message>
+  <message>
+   <source>Estimating the lights</source>
+   <translation>Lichter werden geschätzt</translation>
+  </message>
+  <message>
+   <source>%1 photographs are fewer than the %2 from which lamps can be estimated</source>
+   <translation>%1 Fotos sind weniger als die %2, aus denen sich Lampen schätzen lassen</translation>
+  </message>
+  <message>
+   <source>too few texels are lit</source>
+   <translation>zu wenige Texel sind beleuchtet</translation>
+  </message>
+  <message>
+   <source>some of them show too little</source>
+   <translation>einige zeigen zu wenig</translation>
+  </message>
+  <message>
+   <source>the lamps that would explain them stand behind the sample</source>
+   <translation>die Lampen, die sie erklären würden, stehen hinter der Probe</translation>
+  </message>
+  <message>
+   <source>the directions would be uncertain by %1°</source>
+   <translation>die Richtungen wären um %1° unsicher</translation>
+  </message>
+  <message>
+   <source>the lamps stand at one elevation or in one plane</source>
+   <translation>die Lampen stehen auf einer Elevation oder in einer Ebene</translation>
+  </message>
+  <message>
+   <source>no lamps of equal brightness explain them</source>
+   <translation>keine Lampen gleicher Helligkeit erklären sie</translation>
+  </message>
+  <message>
+   <source>Give a list of lights (.lp)</source>
+   <translation>Eine Liste der Lichter angeben (.lp)</translation>
+  </message>
+  <message>
+   <source>holds a damaged mask</source>
+   <translation>enthält eine beschädigte Maske</translation>
+  </message>
+  <message>
+   <source>Draw the mask on one of the photographs</source>
+   <translation>Die Maske auf eines der Fotos zeichnen</translation>
+  </message>
+  <message>
+   <source>is a mask that leaves nothing of the photographs</source>
+   <translation>ist eine Maske, die nichts von den Fotos übrig lässt</translation>
+  </message>
+  <message>
+   <source>Draw the object white</source>
+   <translation>Das Objekt weiß zeichnen</translation>
+  </message>
+  <message>
+   <source>leaving the background out</source>
+   <translation>Hintergrund wird ausgeschlossen</translation>
+  </message>
+  <message>
+   <source>Check the control points, or leave out what does not belong</source>
+   <translation>Die Passpunkte prüfen oder Unpassendes ausschließen</translation>
+  </message>
+  <message>
+   <source>Give left,top,width,height within the photographs</source>
+   <translation>left,top,width,height innerhalb der Fotos angeben</translation>
+  </message>
+  <message>
+   <source>Move its corners inwards, or leave out the photograph that was moved most</source>
+   <translation>Die Ecken nach innen rücken oder das am weitesten verschobene Foto ausschließen</translation>
+  </message>
+  <message>
+   <source>Move the corners, or give the size of the image</source>
+   <translation>Die Ecken verschieben oder die Größe des Bildes angeben</translation>
+  </message>
+  <message>
+   <source>Give frames of the same camera, or leave one out</source>
+   <translation>Bilder derselben Kamera angeben oder eines ausschließen</translation>
+  </message>
+  <message>
+   <source>Measure it with the same camera, in the same orientation</source>
+   <translation>Mit derselben Kamera in derselben Ausrichtung messen</translation>
+  </message>
+  <message>
+   <source>Reading %1</source>
+   <translation>%1 wird gelesen</translation>
+  </message>
+  <message>
+   <source>is a flat field without light</source>
+   <translation>ist ein Weißbild ohne Licht</translation>
+  </message>
+  <message>
+   <source>Give one of an even white surface under its lamp</source>
+   <translation>Eines von einer gleichmäßig weißen Fläche unter ihrer Lampe angeben</translation>
+  </message>
+  <message>
+   <source>is not a usable flat field: %1</source>
+   <translation>ist kein brauchbares Weißbild: %1</translation>
+  </message>
+  <message>
+   <source>has not the size of its dark frame</source>
+   <translation>hat nicht die Größe seines Dunkelbilds</translation>
+  </message>
+  <message>
+   <source>Give frames of the same camera</source>
+   <translation>Bilder derselben Kamera angeben</translation>
+  </message>
+  <message>
+   <source>Give frames of the same camera, or leave them out</source>
+   <translation>Bilder derselben Kamera angeben oder sie weglassen</translation>
+  </message>
+  <message>
+   <source>is camera RAW, which has no bands to choose</source>
+   <translation>ist Kamera-RAW und hat keine wählbaren Kanäle</translation>
+  </message>
+  <message>
+   <source>State its exposure_s in capture.toml</source>
+   <translation>Seine exposure_s in capture.toml angeben</translation>
+  </message>
+  <message>
+   <source>Pick a darker patch, or import with --white-balance none</source>
+   <translation>Ein dunkleres Feld wählen</translation>
+  </message>
+  <message>
+   <source>Pick another patch</source>
+   <translation>Ein anderes Feld wählen</translation>
+  </message>
+  <message>
+   <source>Measuring the lens</source>
+   <translation>Objektiv wird gemessen</translation>
+  </message>
+  <message>
+   <source>holds photographs of different sizes</source>
+   <translation>enthält Fotos verschiedener Größe</translation>
+  </message>
+  <message>
+   <source>Give those of one camera and lens</source>
+   <translation>Fotos einer Kamera und eines Objektivs angeben</translation>
+  </message>
+  <message>
+   <source>Photograph the board near the edges of the image as well</source>
+   <translation>Die Tafel auch nahe an den Bildrändern fotografieren</translation>
+  </message>
+  <message>
+   <source>Use a flat board, sharp photographs, and one setting of focus and zoom</source>
+   <translation>Eine flache Tafel, scharfe Fotos und eine einzige Einstellung von Fokus und Zoom verwenden</translation>
+  </message>
+  <message>
+   <source>states a distortion that no lens has</source>
+   <translation>nennt eine Verzeichnung, die kein Objektiv hat</translation>
+  </message>
+  <message>
+   <source>Write it again with --write-lens</source>
+   <translation>Mit --write-lens neu schreiben</translation>
+  </message>
+  <message>
+   <source>is an incomplete RAW file (LibRaw: %1)</source>
+   <translation>ist eine unvollständige RAW-Datei (LibRaw: %1)</translation>
+  </message>
+  <message>
+   <source>has %1 × %2 samples only</source>
+   <translation>hat nur %1 × %2 Bildpunkte</translation>
+  </message>
+  <message>
+   <source>has a colour filter array that LibRaw does not describe</source>
+   <translation>hat ein Farbfilter, das LibRaw nicht beschreibt</translation>
+  </message>
+  <message>
+   <source>has a sensor with the colours %1, not red, green and blue</source>
+   <translation>hat einen Sensor mit den Farben %1, nicht Rot, Grün und Blau</translation>
+  </message>
+  <message>
+   <source>is an incomplete RAW file: %1 all hold the value %2</source>
+   <translation>ist eine unvollständige RAW-Datei: %1 haben alle den Wert %2</translation>
+  </message>
+  <message>
+   <source>has impossible levels (%1)</source>
+   <translation>hat unmögliche Pegel (%1)</translation>
+  </message>
+  <message>
+   <source>Convert it again to DNG</source>
+   <translation>Neu nach DNG umwandeln</translation>
+  </message>
+  <message>
+   <source>cannot be opened (LibRaw: %1)</source>
+   <translation>lässt sich nicht öffnen (LibRaw: %1)</translation>
+  </message>
+  <message>
+   <source>is a RAW file of a kind that LibRaw does not read</source>
+   <translation>ist eine RAW-Datei einer Art, die LibRaw nicht liest</translation>
+  </message>
+  <message>
+   <source>is a damaged RAW file (LibRaw: %1)</source>
+   <translation>ist eine beschädigte RAW-Datei (LibRaw: %1)</translation>
+  </message>
+  <message>
+   <source>is an incomplete RAW file: it ends before its image does</source>
+   <translation>ist eine unvollständige RAW-Datei: sie endet vor ihrem Bild</translation>
+  </message>
+  <message>
+   <source>Aligning %1 of %2</source>
+   <translation>%1 von %2 wird ausgerichtet</translation>
+  </message>
+  <message>
+   <source>it stays unlike what the others predict</source>
+   <translation>es bleibt anders, als die übrigen vorhersagen</translation>
+  </message>
+  <message>
+   <source>Checking the alignment</source>
+   <translation>Ausrichtung wird geprüft</translation>
+  </message>
+  <message>
+   <source>at %1 × %2 pixels they are smaller than %3 on a side</source>
+   <translation>mit %1 × %2 Pixeln sind sie kleiner als %3 je Seite</translation>
+  </message>
+  <message>
+   <source>it looks rotated by 180°</source>
+   <translation>es scheint um 180° gedreht</translation>
+  </message>
+  <message>
+   <source>no shift of up to half the frame makes it like the reference, or there is no texture</source>
+   <translation>keine Verschiebung bis zur halben Bildbreite macht es der Referenz ähnlich, oder es hat keine Textur</translation>
+  </message>
+  <message>
+   <source>it stays unlike the reference (correlation %1)</source>
+   <translation>es bleibt der Referenz unähnlich (Korrelation %1)</translation>
+  </message>
+  <message>
+   <source>its light is too unlike (correlation %1) to tell a small shift from shading</source>
+   <translation>sein Licht ist zu verschieden (Korrelation %1), um eine kleine Verschiebung von Schattierung zu unterscheiden</translation>
+  </message>
+  <message>
+   <source>its texture does not determine its position</source>
+   <translation>seine Textur bestimmt seine Lage nicht</translation>
+  </message>
+  <message>
+   <source>the motion found is degenerate</source>
+   <translation>die gefundene Bewegung ist entartet</translation>
+  </message>
+  <message>
+   <source>the motion found moves it by more than half the frame</source>
+   <translation>die gefundene Bewegung verschiebt es um mehr als die halbe Bildbreite</translation>
+  </message>
+  <message>
+   <source>the search for its position did not converge</source>
+   <translation>die Suche nach seiner Lage konvergierte nicht</translation>
+  </message>
+  <message>
+   <source>Mean radiance grows with the elevation of the light</source>
+   <translation>Die mittlere Strahldichte wächst mit der Elevation des Lichts</translation>
+  </message>
+  <message>
+   <source>Hardly a pixel is clipped or black</source>
+   <translation>Kaum ein Pixel ist übersteuert oder schwarz</translation>
+  </message>
+  <message>
+   <source>%1 of the pixels are black</source>
+   <translation>%1 der Pixel sind schwarz</translation>
+  </message>
+  <message>
+   <source>alignment left %1 px</source>
+   <translation>die Ausrichtung ließ %1 px übrig</translation>
+  </message>
+  <message>
+   <source>states a working space that is not known</source>
+   <translation>nennt einen unbekannten Arbeitsfarbraum</translation>
+  </message>
+  <message>
+   <source>Update Lightarc, or %1</source>
+   <translation>Lightarc aktualisieren oder %1</translation>
+  </message>
+  <message>
+   <source>is not a stack: it holds no %1</source>
+   <translation>ist kein Stapel: %1 fehlt darin</translation>
+  </message>
+  <message>
+   <source>Import the photographs into a stack first</source>
+   <translation>Die Fotos zuerst in einen Stapel importieren</translation>
+  </message>
+  <message>
+   <source>was made by another version</source>
+   <translation>wurde von einer anderen Version erzeugt</translation>
+  </message>
+  <message>
+   <source>does not hold %1 of shape %2</source>
+   <translation>enthält kein %1 der Form %2</translation>
+  </message>
+  <message>
+   <source>is damaged: the checksum of its pixels does not fit</source>
+   <translation>ist beschädigt: die Prüfsumme seiner Pixel stimmt nicht</translation>
+  </message>
+  <message>
+   <source>is not as it was written</source>
+   <translation>ist nicht, wie es geschrieben wurde</translation>
+  </message>
+  <message>
+   <source>Check that it is there and its permissions</source>
+   <translation>Prüfen, ob es da ist, und seine Rechte</translation>
+  </message>
+  <message>
+   <source>There is not enough memory%1</source>
+   <translation>Der Speicher reicht nicht%1</translation>
+  </message>
+  <message>
+   <source>There is not enough memory</source>
+   <translation>Der Speicher reicht nicht</translation>
+  </message>
+  <message>
+   <source>Too many files are open</source>
+   <translation>Zu viele Dateien sind geöffnet</translation>
+  </message>
+  <message>
+   <source>No further process can be started</source>
+   <translation>Kein weiterer Prozess lässt sich starten</translation>
+  </message>
+  <message>
+   <source>There is not enough memory to load all libraries</source>
+   <translation>Der Speicher reicht nicht, um alle Bibliotheken zu laden</translation>
+  </message>
+  <message>
+   <source>and %1 more%2</source>
+   <translation>und %1 weitere%2</translation>
+  </message>
+  <message>
+   <source>making the .blend</source>
+   <translation>.blend wird erzeugt</translation>
+  </message>
+  <message>
+   <source>writing %1</source>
+   <translation>%1 wird geschrieben</translation>
+  </message>
+  <message>
+   <source>writing the power law</source>
+   <translation>Potenzgesetz wird geschrieben</translation>
+  </message>
+  <message>
+   <source>evaluating the BRDF</source>
+   <translation>BRDF wird ausgewertet</translation>
+  </message>
+  <message>
+   <source>writing RGL's table</source>
+   <translation>RGL-Tabelle wird geschrieben</translation>
+  </message>
+  <message>
+   <source>enlarging the tile</source>
+   <translation>Kachel wird vergrößert</translation>
+  </message>
+  <message>
+   <source>packing %1</source>
+   <translation>%1 wird gepackt</translation>
+  </message>
+  <message>
+   <source>writing images</source>
+   <translation>Bilder werden geschrieben</translation>
+  </message>
+  <message>
+   <source>writing the preview sphere</source>
+   <translation>Vorschaukugel wird geschrieben</translation>
+  </message>
+  <message>
+   <source>Reference, %1</source>
+   <translation>Referenz, %1</translation>
+  </message>
+  <message>
+   <source>Comparing under %1</source>
+   <translation>Vergleich unter %1</translation>
+  </message>
+  <message>
+   <source>comparing with the photographs</source>
+   <translation>Fotos werden verglichen</translation>
+  </message>
+  <message>
+   <source>writing the document</source>
+   <translation>Dokument wird geschrieben</translation>
+  </message>
+  <message>
+   <source>comparing directions</source>
+   <translation>Richtungen werden verglichen</translation>
+  </message>
+  <message>
+   <source>choosing metallic</source>
+   <translation>Metallanteil wird gewählt</translation>
+  </message>
+  <message>
+   <source>finding the nearest maps</source>
+   <translation>nächste Karten werden gesucht</translation>
+  </message>
+  <message>
+   <source>fitting polynomials</source>
+   <translation>Polynome werden angepasst</translation>
+  </message>
+  <message>
+   <source>fitting harmonics</source>
+   <translation>Kugelflächenfunktionen werden angepasst</translation>
+  </message>
+  <message>
+   <source>relighting each file</source>
+   <translation>jede Datei wird neu beleuchtet</translation>
+  </message>
+  <message>
+   <source>fitting terms</source>
+   <translation>Terme werden angepasst</translation>
+  </message>
+  <message>
+   <source>writing shaders</source>
+   <translation>Shader werden geschrieben</translation>
+  </message>
+  <message>
+   <source>choosing textures</source>
+   <translation>Texturen werden gewählt</translation>
+  </message>
+  <message>
+   <source>writing the page</source>
+   <translation>Seite wird geschrieben</translation>
+  </message>
+  <message>
+   <source>sampling the BRDF</source>
+   <translation>BRDF wird abgetastet</translation>
+  </message>
+  <message>
+   <source>comparing %1 terms</source>
+   <translation>%1 Terme werden verglichen</translation>
+  </message>
+  <message>
+   <source>comparing norms</source>
+   <translation>Normen werden verglichen</translation>
+  </message>
+  <message>
+   <source>%1 does not describe factors</source>
+   <translation>%1 beschreibt keine Faktoren</translation>
+  </message>
+  <message>
+   <source>was written by a newer Lightarc (version %1)</source>
+   <translation>wurde von einem neueren Lightarc geschrieben (Version %1)</translation>
+  </message>
+  <message>
+   <source>is not an image of %1 × %2 texels of 32-bit floats</source>
+   <translation>ist kein Bild von %1 × %2 Texeln aus 32-Bit-Gleitkommazahlen</translation>
+  </message>
+  <message>
+   <source>is damaged: its fingerprint does not fit its content</source>
+   <translation>ist beschädigt: sein Fingerabdruck passt nicht zum Inhalt</translation>
+  </message>
+  <message>
+   <source>%1 has a faulty %2 (%3)</source>
+   <translation>%1 hat ein fehlerhaftes %2 (%3)</translation>
+  </message>
+  <message>
+   <source>holds factors that cannot be: %1</source>
+   <translation>enthält ungültige Faktoren: %1</translation>
+  </message>
+  <message>
+   <source>holding out regions</source>
+   <translation>Bereiche werden zurückgehalten</translation>
+  </message>
+  <message>
+   <source>solving for all textures</source>
+   <translation>alle Texturen werden gelöst</translation>
+  </message>
+  <message>
+   <source>averaging rows of norm %1</source>
+   <translation>Zeilen der Norm %1 werden gemittelt</translation>
+  </message>
+  <message>
+   <source>choosing the smoothness</source>
+   <translation>Glättung wird gewählt</translation>
+  </message>
+  <message>
+   <source>%1: done</source>
+   <translation>%1: fertig</translation>
+  </message>
+  <message>
+   <source>%1: fixed projections</source>
+   <translation>%1: feste Projektionen</translation>
+  </message>
+  <message>
+   <source>is glTF %1; only GLTF 2 is read</source>
+   <translation>ist glTF %1; nur glTF 2 wird gelesen</translation>
+  </message>
+  <message>
+   <source>Export it as glTF 2.0</source>
+   <translation>Als glTF 2.0 exportieren</translation>
+  </message>
+  <message>
+   <source>has %1 nodes, more than %2</source>
+   <translation>hat %1 Knoten, mehr als %2</translation>
+  </message>
+  <message>
+   <source>Join its parts and export it again</source>
+   <translation>Seine Teile verbinden und neu exportieren</translation>
+  </message>
+  <message>
+   <source>Apply the transforms of its groups and export it again</source>
+   <translation>Die Transformationen seiner Gruppen anwenden und neu exportieren</translation>
+  </message>
+  <message>
+   <source>is damaged: its nodes lie within each other in a circle</source>
+   <translation>ist beschädigt: seine Knoten enthalten sich im Kreis</translation>
+  </message>
+  <message>
+   <source>is damaged: an accessor names bytes that are not there</source>
+   <translation>ist beschädigt: ein Accessor nennt fehlende Bytes</translation>
+  </message>
+  <message>
+   <source>uses %1, which is not read</source>
+   <translation>verwendet %1, was nicht gelesen wird</translation>
+  </message>
+  <message>
+   <source>Export it without that</source>
+   <translation>Ohne das exportieren</translation>
+  </message>
+  <message>
+   <source>is damaged: a node names node %1, which is not there</source>
+   <translation>ist beschädigt: ein Knoten nennt den fehlenden Knoten %1</translation>
+  </message>
+  <message>
+   <source>is damaged: an accessor has no data</source>
+   <translation>ist beschädigt: ein Accessor hat keine Daten</translation>
+  </message>
+  <message>
+   <source>keeps its data elsewhere (%1)</source>
+   <translation>hat seine Daten an einem anderen Ort (%1)</translation>
+  </message>
+  <message>
+   <source>Export it as .glb</source>
+   <translation>Als .glb exportieren</translation>
+  </message>
+  <message>
+   <source>is not a mesh that can be read (%1)</source>
+   <translation>ist kein lesbares Netz (%1)</translation>
+  </message>
+  <message>
+   <source>holds no triangles</source>
+   <translation>enthält keine Dreiecke</translation>
+  </message>
+  <message>
+   <source>Give a mesh with faces, not points or curves alone</source>
+   <translation>Ein Netz mit Flächen angeben, nicht nur Punkte oder Kurven</translation>
+  </message>
+  <message>
+   <source>holds no usable triangle (%1)</source>
+   <translation>enthält kein brauchbares Dreieck (%1)</translation>
+  </message>
+  <message>
+   <source>Export it again</source>
+   <translation>Neu exportieren</translation>
+  </message>
+  <message>
+   <source>is %1 across, too small to be drawn</source>
+   <translation>misst %1, zu klein zum Zeichnen</translation>
+  </message>
+  <message>
+   <source>Scale it to more than %1</source>
+   <translation>Auf mehr als %1 vergrößern</translation>
+  </message>
+  <message>
+   <source>normals were none and taken from the faces</source>
+   <translation>Normalen fehlten und wurden aus den Flächen berechnet</translation>
+  </message>
+  <message>
+   <source>%1 left out</source>
+   <translation>%1 ausgeschlossen</translation>
+  </message>
+  <message>
+   <source>is damaged: of %1 lines that it announces, %2 follow</source>
+   <translation>ist beschädigt: von %1 angekündigten Zeilen folgen %2</translation>
+  </message>
+  <message>
+   <source>is damaged: line %1 gives a corner with too many parts</source>
+   <translation>ist beschädigt: Zeile %1 enthält eine Ecke mit zu vielen Teilen</translation>
+  </message>
+  <message>
+   <source>is damaged: an index in line %1 is not a whole number</source>
+   <translation>ist beschädigt: ein Index in Zeile %1 ist keine ganze Zahl</translation>
+  </message>
+  <message>
+   <source>is damaged or of an unknown kind: it does not begin with OFF</source>
+   <translation>ist beschädigt oder von unbekannter Art: es beginnt nicht mit OFF</translation>
+  </message>
+  <message>
+   <source>is OFF of a kind that is not read (binary, or of four dimensions)</source>
+   <translation>ist OFF einer Art, die nicht gelesen wird (binär oder vierdimensional)</translation>
+  </message>
+  <message>
+   <source>Export it as PLY</source>
+   <translation>Als PLY exportieren</translation>
+  </message>
+  <message>
+   <source>is damaged: it announces %1 vertices and faces, which do not follow</source>
+   <translation>ist beschädigt: angekündigt sind %1 Eckpunkte und Flächen, die nicht folgen</translation>
+  </message>
+  <message>
+   <source>is damaged: line %1 does not begin with counts</source>
+   <translation>ist beschädigt: Zeile %1 beginnt nicht mit Anzahlen</translation>
+  </message>
+  <message>
+   <source>is damaged: line %1 names %2 corners and gives fewer</source>
+   <translation>ist beschädigt: Zeile %1 nennt %2 Ecken und gibt weniger an</translation>
+  </message>
+  <message>
+   <source>is damaged: %1 numbers are missing in line %2</source>
+   <translation>ist beschädigt: %1 Zahlen fehlen in Zeile %2</translation>
+  </message>
+  <message>
+   <source>is damaged: %1 in line %2 is not a number</source>
+   <translation>ist beschädigt: %1 in Zeile %2 ist keine Zahl</translation>
+  </message>
+  <message>
+   <source>is damaged or of an unknown kind (%1)</source>
+   <translation>ist beschädigt oder von unbekannter Art (%1)</translation>
+  </message>
+  <message>
+   <source>keeps its data in %1 files</source>
+   <translation>hat seine Daten in %1 Dateien</translation>
+  </message>
+  <message>
+   <source>has about %1 million triangles and needs about %2 GiB of memory, of which %3 GiB are free</source>
+   <translation>hat etwa %1 Millionen Dreiecke und braucht etwa %2 GiB Speicher, von denen %3 GiB frei sind</translation>
+  </message>
+  <message>
+   <source>Reduce it in a modelling program, or close other programs</source>
+   <translation>In einem Modellierprogramm verkleinern oder andere Programme schließen</translation>
+  </message>
+  <message>
+   <source>names a file outside its folder (%1)</source>
+   <translation>nennt eine Datei außerhalb seines Ordners (%1)</translation>
+  </message>
+  <message>
+   <source>names an impossible file (%1)</source>
+   <translation>nennt eine unmögliche Datei (%1)</translation>
+  </message>
+  <message>
+   <source>Copy that as well, or export it as .glb</source>
+   <translation>Diese mitkopieren oder als .glb exportieren</translation>
+  </message>
+  <message>
+   <source>is neither a built-in model nor a file</source>
+   <translation>ist weder ein eingebautes Modell noch eine Datei</translation>
+  </message>
+  <message>
+   <source>Give a file or %1</source>
+   <translation>Eine Datei angeben oder %1</translation>
+  </message>
+  <message>
+   <source>texture coordinates were made by a box projection: %1</source>
+   <translation>Texturkoordinaten entstanden durch eine Quaderprojektion: %1</translation>
+  </message>
+  <message>
+   <source>they have no size in 32 bits where a mesh is much longer than wide</source>
+   <translation>sie haben in 32 Bit keine Größe, wo ein Netz viel länger als breit ist</translation>
+  </message>
+  <message>
+   <source>Cut them elsewhere</source>
+   <translation>An anderer Stelle schneiden</translation>
+  </message>
+  <message>
+   <source>texture coordinates were made, in charts that do not overlap</source>
+   <translation>Texturkoordinaten entstanden, in Karten ohne Überlappung</translation>
+  </message>
+  <message>
+   <source>OpenGL 3.3 is not available (%1)</source>
+   <translation>OpenGL 3.3 ist nicht verfügbar (%1)</translation>
+  </message>
+  <message>
+   <source>The %1 slices are shown as %2, the most that this graphics device can hold.</source>
+   <translation>Die %1 Schichten werden als %2 gezeigt, mehr fasst diese Grafikkarte nicht.</translation>
+  </message>
+  <message>
+   <source>The material of %1 × %2 texels is shown at %3 × %4: %5 is the largest texture of this graphics device.</source>
+   <translation>Das Material mit %1 × %2 Texeln wird mit %3 × %4 gezeigt: %5 ist die größte Textur dieser Grafikkarte.</translation>
+  </message>
+  <message>
+   <source>Tiles that keep their slices are shown by the power law: the slices are too many.</source>
+   <translation>Kacheln mit eigenen Schichten werden durch das Potenzgesetz gezeigt: es sind zu viele Schichten.</translation>
+  </message>
+  <message>
+   <source>VP9 cannot be encoded here</source>
+   <translation>VP9 lässt sich hier nicht kodieren</translation>
+  </message>
+  <message>
+   <source>Choose a .webp file or a folder of PNG</source>
+   <translation>Eine .webp-Datei oder einen Ordner mit PNG wählen</translation>
+  </message>
+  <message>
+   <source>no frame was written</source>
+   <translation>kein Bild wurde geschrieben</translation>
+  </message>
+  <message>
+   <source>Choose another name or kind of film</source>
+   <translation>Einen anderen Namen oder eine andere Art von Film wählen</translation>
+  </message>
+  <message>
+   <source>is not an image of a known kind</source>
+   <translation>ist kein Bild bekannter Art</translation>
+  </message>
+  <message>
+   <source>Give an image as %1 or camera RAW</source>
+   <translation>Ein Bild als %1 oder Kamera-RAW angeben</translation>
+  </message>
+  <message>
+   <source>Scale it down, or mend the pixels that no lamp can have made</source>
+   <translation>Herunterskalieren oder Pixel korrigieren, die keine Lampe erzeugt haben kann</translation>
+  </message>
+  <message>
+   <source>is a HEIF, AVIF or video file</source>
+   <translation>ist eine HEIF-, AVIF- oder Videodatei</translation>
+  </message>
+  <message>
+   <source>Save it as JPEG or TIFF</source>
+   <translation>Als JPEG oder TIFF speichern</translation>
+  </message>
+  <message>
+   <source>has no alpha channel that is read</source>
+   <translation>hat keinen Alphakanal, der gelesen wird</translation>
+  </message>
+  <message>
+   <source>Save it as a PNG</source>
+   <translation>Als PNG speichern</translation>
+  </message>
+  <message>
+   <source>has no channels R, G, B but %1</source>
+   <translation>hat keine Kanäle R, G, B, sondern %1</translation>
+  </message>
+  <message>
+   <source>has integer colour channels</source>
+   <translation>hat ganzzahlige Farbkanäle</translation>
+  </message>
+  <message>
+   <source>has no alpha channel</source>
+   <translation>hat keinen Alphakanal</translation>
+  </message>
+  <message>
+   <source>Save it with its fourth channel</source>
+   <translation>Mit seinem vierten Kanal speichern</translation>
+  </message>
+  <message>
+   <source>has channels of different resolution</source>
+   <translation>hat Kanäle verschiedener Auflösung</translation>
+  </message>
+  <message>
+   <source>is a deep EXR image</source>
+   <translation>ist ein tiefes EXR-Bild</translation>
+  </message>
+  <message>
+   <source>is an EXR image without channels</source>
+   <translation>ist ein EXR-Bild ohne Kanäle</translation>
+  </message>
+  <message>
+   <source>is an incomplete EXR image: its table of chunks is empty</source>
+   <translation>ist ein unvollständiges EXR-Bild: die Tabelle seiner Blöcke ist leer</translation>
+  </message>
+  <message>
+   <source>is an incomplete EXR image: some of its chunks are missing</source>
+   <translation>ist ein unvollständiges EXR-Bild: einige seiner Blöcke fehlen</translation>
+  </message>
+  <message>
+   <source>is a damaged EXR image: its chunks are not those of the size it states</source>
+   <translation>ist ein beschädigtes EXR-Bild: seine Blöcke passen nicht zur angegebenen Größe</translation>
+  </message>
+  <message>
+   <source>stores luminance and chroma (Y, RY, BY)</source>
+   <translation>speichert Leuchtdichte und Farbe (Y, RY, BY)</translation>
+  </message>
+  <message>
+   <source>is a damaged Radiance image (its size is missing)</source>
+   <translation>ist ein beschädigtes Radiance-Bild (seine Größe fehlt)</translation>
+  </message>
+  <message>
+   <source>is an incomplete Radiance image: it ends before its image does</source>
+   <translation>ist ein unvollständiges Radiance-Bild: es endet vor seinem Bild</translation>
+  </message>
+  <message>
+   <source>is a damaged Radiance image: its runs repeat nothing, or far too much</source>
+   <translation>ist ein beschädigtes Radiance-Bild: seine Läufe wiederholen nichts oder viel zu viel</translation>
+  </message>
+  <message>
+   <source>is an incomplete Radiance image: its runs do not end where its image does</source>
+   <translation>ist ein unvollständiges Radiance-Bild: seine Läufe enden nicht mit dem Bild</translation>
+  </message>
+  <message>
+   <source>Correct the EXPOSURE and COLORCORR lines of its header</source>
+   <translation>Die Zeilen EXPOSURE und COLORCORR seines Kopfs korrigieren</translation>
+  </message>
+  <message>
+   <source>is an incomplete JPEG: it ends before its image does</source>
+   <translation>ist ein unvollständiges JPEG: es endet vor seinem Bild</translation>
+  </message>
+  <message>
+   <source>is a JPEG %1</source>
+   <translation>ist ein JPEG %1</translation>
+  </message>
+  <message>
+   <source>is a %1 JPEG</source>
+   <translation>ist ein %1-JPEG</translation>
+  </message>
+  <message>
+   <source>is a damaged JPEG (%1)</source>
+   <translation>ist ein beschädigtes JPEG (%1)</translation>
+  </message>
+  <message>
+   <source>it cannot be decoded</source>
+   <translation>es lässt sich nicht dekodieren</translation>
+  </message>
+  <message>
+   <source>is a JPEG without an image</source>
+   <translation>ist ein JPEG ohne Bild</translation>
+  </message>
+  <message>
+   <source>is a damaged JPEG (no marker at byte %1)</source>
+   <translation>ist ein beschädigtes JPEG (keine Marke bei Byte %1)</translation>
+  </message>
+  <message>
+   <source>is a damaged PFM image (its header is not one)</source>
+   <translation>ist ein beschädigtes PFM-Bild (ungültiger Kopf)</translation>
+  </message>
+  <message>
+   <source>is a PFM image that states no order of its bytes</source>
+   <translation>ist ein PFM-Bild ohne Angabe der Bytereihenfolge</translation>
+  </message>
+  <message>
+   <source>is an incomplete PFM image: it ends before its image does</source>
+   <translation>ist ein unvollständiges PFM-Bild: es endet vor seinem Bild</translation>
+  </message>
+  <message>
+   <source>is a damaged PNG (its header is wrong)</source>
+   <translation>ist ein beschädigtes PNG (falscher Kopf)</translation>
+  </message>
+  <message>
+   <source>is a damaged PNG (%1)</source>
+   <translation>ist ein beschädigtes PNG (%1)</translation>
+  </message>
+  <message>
+   <source>Save it with its fourth channel, as a PNG</source>
+   <translation>Mit seinem vierten Kanal als PNG speichern</translation>
+  </message>
+  <message>
+   <source>is a damaged PNG (it cannot be decoded)</source>
+   <translation>ist ein beschädigtes PNG (es lässt sich nicht dekodieren)</translation>
+  </message>
+  <message>
+   <source>is an incomplete PNG: it ends before its image does</source>
+   <translation>ist ein unvollständiges PNG: es endet vor seinem Bild</translation>
+  </message>
+  <message>
+   <source>is a damaged PNG (wrong checksum at byte %1)</source>
+   <translation>ist ein beschädigtes PNG (falsche Prüfsumme bei Byte %1)</translation>
+  </message>
+  <message>
+   <source>Choose one or three of the bands 1 to %1</source>
+   <translation>Einen oder drei der Kanäle 1 bis %1 wählen</translation>
+  </message>
+  <message>
+   <source>says it has %1 × %2 pixels</source>
+   <translation>hat angeblich %1 × %2 Pixel</translation>
+  </message>
+  <message>
+   <source>Scale it down, or export it again if it is smaller than that</source>
+   <translation>Herunterskalieren oder, wenn es kleiner ist, neu exportieren</translation>
+  </message>
+  <message>
+   <source>needs %1 decoded, more than the limit of 4 GiB</source>
+   <translation>braucht dekodiert %1, mehr als die Grenze von 4 GiB</translation>
+  </message>
+  <message>
+   <source>Scale it down</source>
+   <translation>Herunterskalieren</translation>
+  </message>
+  <message>
+   <source>is a damaged Targa image: it holds more rows than it states</source>
+   <translation>ist ein beschädigtes Targa-Bild: es enthält mehr Zeilen als angegeben</translation>
+  </message>
+  <message>
+   <source>is a Targa image of black and white alone</source>
+   <translation>ist ein Targa-Bild nur in Schwarz und Weiß</translation>
+  </message>
+  <message>
+   <source>Save it as an RGB or grey image</source>
+   <translation>Als RGB- oder Graubild speichern</translation>
+  </message>
+  <message>
+   <source>is a damaged or incomplete Targa image</source>
+   <translation>ist ein beschädigtes oder unvollständiges Targa-Bild</translation>
+  </message>
+  <message>
+   <source>is a TIFF volume of %1 slices</source>
+   <translation>ist ein TIFF-Volumen mit %1 Schichten</translation>
+  </message>
+  <message>
+   <source>is a TIFF in %1</source>
+   <translation>ist ein TIFF in %1</translation>
+  </message>
+  <message>
+   <source>is a TIFF of %1</source>
+   <translation>ist ein TIFF aus %1</translation>
+  </message>
+  <message>
+   <source>is a TIFF of %1 samples per pixel</source>
+   <translation>ist ein TIFF mit %1 Werten je Pixel</translation>
+  </message>
+  <message>
+   <source>is a damaged TIFF (its strips or tiles overlap)</source>
+   <translation>ist ein beschädigtes TIFF (seine Streifen oder Kacheln überlappen)</translation>
+  </message>
+  <message>
+   <source>is a damaged TIFF (its palette is too short)</source>
+   <translation>ist ein beschädigtes TIFF (seine Palette ist zu kurz)</translation>
+  </message>
+  <message>
+   <source>is a damaged LogLuv TIFF (%1)</source>
+   <translation>ist ein beschädigtes LogLuv-TIFF (%1)</translation>
+  </message>
+  <message>
+   <source>is an incomplete TIFF: the value of its tag %1 is missing</source>
+   <translation>ist ein unvollständiges TIFF: der Wert seiner Angabe %1 fehlt</translation>
+  </message>
+  <message>
+   <source>is an incomplete TIFF: it ends before its image does</source>
+   <translation>ist ein unvollständiges TIFF: es endet vor seinem Bild</translation>
+  </message>
+  <message>
+   <source>is a damaged TIFF (its strips or tiles do not fit its size)</source>
+   <translation>ist ein beschädigtes TIFF (seine Streifen oder Kacheln passen nicht zur Größe)</translation>
+  </message>
+  <message>
+   <source>is a damaged TIFF (its directories %1)</source>
+   <translation>ist ein beschädigtes TIFF (seine Verzeichnisse %1)</translation>
+  </message>
+  <message>
+   <source>is a damaged TIFF (its tags hold more than the file)</source>
+   <translation>ist ein beschädigtes TIFF (seine Angaben enthalten mehr als die Datei)</translation>
+  </message>
+  <message>
+   <source>is a damaged TIFF (a directory has %1 below it)</source>
+   <translation>ist ein beschädigtes TIFF (ein Verzeichnis hat %1 unter sich)</translation>
+  </message>
+  <message>
+   <source>is neither a file nor a built-in environment</source>
+   <translation>ist weder eine Datei noch eine eingebaute Umgebung</translation>
+  </message>
+  <message>
+   <source>The built-in ones are %1</source>
+   <translation>Eingebaut sind %1</translation>
+  </message>
+  <message>
+   <source>is %1 × %2 texels, and such an image is square</source>
+   <translation>hat %1 × %2 Texel, und ein solches Bild ist quadratisch</translation>
+  </message>
+  <message>
+   <source>Cut it at the rim</source>
+   <translation>Am Rand zuschneiden</translation>
+  </message>
+  <message>
+   <source>is %1 × %2 texels, %3</source>
+   <translation>hat %1 × %2 Texel, %3</translation>
+  </message>
+  <message>
+   <source>holds no usable radiance: every texel is negative or not finite</source>
+   <translation>enthält keine brauchbare Strahldichte: jeder Texel ist negativ oder nicht endlich</translation>
+  </message>
+  <message>
+   <source>baking %1 settings on one set of rays</source>
+   <translation>%1 Einstellungen werden mit denselben Strahlen vorberechnet</translation>
+  </message>
+  <message>
+   <source>The error of a diffuse surface of equal albedo is %1.</source>
+   <translation>Der Fehler einer diffusen Fläche gleicher Albedo ist %1.</translation>
+  </message>
+  <message>
+   <source>The error of the mean over all azimuths is %1.</source>
+   <translation>Der Fehler des Mittels über alle Azimute ist %1.</translation>
+  </message>
+  <message>
+   <source>The texels of the material differ from their mean by %1.</source>
+   <translation>Die Texel des Materials weichen um %1 von ihrem Mittel ab.</translation>
+  </message>
+  <message>
+   <source>Every vertex sees its whole hemisphere: nothing shades anything.</source>
+   <translation>Jeder Eckpunkt sieht seine ganze Halbkugel: nichts wirft Schatten.</translation>
+  </message>
+  <message>
+   <source>Every vertex sees its whole hemisphere: no part lights another.</source>
+   <translation>Jeder Eckpunkt sieht seine ganze Halbkugel: kein Teil beleuchtet einen anderen.</translation>
+  </message>
+  <message>
+   <source>The BRDF is Lambertian: it looks the same from every side.</source>
+   <translation>Die BRDF ist lambertsch: sie sieht von allen Seiten gleich aus.</translation>
+  </message>
+  <message>
+   <source>The light has no tiny source that is many times as bright as all around it.</source>
+   <translation>Das Licht hat keine winzige Quelle, die vielfach heller ist als ihre Umgebung.</translation>
+  </message>
+  <message>
+   <source>No maps of a material: every point of the surface is alike.</source>
+   <translation>Keine Karten eines Materials: jeder Punkt der Oberfläche ist gleich.</translation>
+  </message>
+  <message>
+   <source>The BRDF does not rise towards grazing views.</source>
+   <translation>Die BRDF steigt bei streifendem Blick nicht an.</translation>
+  </message>
+  <message>
+   <source>Nothing is sent back towards the light more than across it.</source>
+   <translation>Zum Licht zurück geht nicht mehr als quer dazu.</translation>
+  </message>
+  <message>
+   <source>Rendering on the CPU</source>
+   <translation>Berechnung auf der CPU</translation>
+  </message>
+  <message>
+   <source>Measuring the error of the directions</source>
+   <translation>Fehler der Richtungen wird gemessen</translation>
+  </message>
+  <message>
+   <source>albedo and normals</source>
+   <translation>Albedo und Normalen</translation>
+  </message>
+  <message>
+   <source>Reference, %1 samples</source>
+   <translation>Referenz, %1 Abtastungen</translation>
+  </message>
+  <message>
+   <source>drawing on the CPU</source>
+   <translation>Bild wird auf der CPU gezeichnet</translation>
+  </message>
+  <message>
+   <source>comparing representations</source>
+   <translation>Darstellungen werden verglichen</translation>
+  </message>
+  <message>
+   <source>Compiling (first use only)</source>
+   <translation>Wird übersetzt (nur beim ersten Mal)</translation>
+  </message>
+  <message>
+   <source>comparing photographs</source>
+   <translation>Fotos werden verglichen</translation>
+  </message>
+  <message>
+   <source>writing planes</source>
+   <translation>Ebenen werden geschrieben</translation>
+  </message>
+  <message>
+   <source>leaving photographs out</source>
+   <translation>Fotos werden zurückgehalten</translation>
+  </message>
+  <message>
+   <source>%1: %2 does not tell these photographs apart</source>
+   <translation>%1: %2 unterscheidet diese Fotos nicht</translation>
+  </message>
+  <message>
+   <source>preparing the fit</source>
+   <translation>Anpassung wird vorbereitet</translation>
+  </message>
+  <message>
+   <source>fitting the power law</source>
+   <translation>Potenzgesetz wird angepasst</translation>
+  </message>
+  <message>
+   <source>%1 do not brighten with the light; the error map shows them</source>
+   <translation>%1 werden mit dem Licht nicht heller; die Fehlerkarte zeigt sie</translation>
+  </message>
+  <message>
+   <source>%1 are black in every slice</source>
+   <translation>%1 sind in jeder Schicht schwarz</translation>
+  </message>
+  <message>
+   <source>its lamps have no azimuth</source>
+   <translation>seine Lampen haben keinen Azimut</translation>
+  </message>
+  <message>
+   <source>Import it with a light list (.lp) or a capture.toml</source>
+   <translation>Mit einer Lichtliste (.lp) oder einer capture.toml importieren</translation>
+  </message>
+  <message>
+   <source>%1 photographs are too few to leave one out</source>
+   <translation>%1 Fotos sind zu wenige, um eines zurückzuhalten</translation>
+  </message>
+  <message>
+   <source>Use %1 or more</source>
+   <translation>Mindestens %1 verwenden</translation>
+  </message>
+  <message>
+   <source>its mean radiance is not finite</source>
+   <translation>seine mittlere Strahldichte ist nicht endlich</translation>
+  </message>
+  <message>
+   <source>no light: every photograph is black</source>
+   <translation>kein Licht: jedes Foto ist schwarz</translation>
+  </message>
+  <message>
+   <source>Check the exposure and the dark frame</source>
+   <translation>Belichtung und Dunkelbild prüfen</translation>
+  </message>
+  <message>
+   <source>preparing to linearise</source>
+   <translation>Linearisierung wird vorbereitet</translation>
+  </message>
+  <message>
+   <source>its mean radiances do not belong to its pixels</source>
+   <translation>seine mittleren Strahldichten gehören nicht zu seinen Pixeln</translation>
+  </message>
+  <message>
+   <source>every photograph is excluded</source>
+   <translation>jedes Foto ist ausgeschlossen</translation>
+  </message>
+  <message>
+   <source>Include some of them</source>
+   <translation>Einige davon einschließen</translation>
+  </message>
+  <message>
+   <source>black on average; not used</source>
+   <translation>im Mittel schwarz; nicht verwendet</translation>
+  </message>
+  <message>
+   <source>excluded; not used</source>
+   <translation>ausgeschlossen; nicht verwendet</translation>
+  </message>
+  <message>
+   <source>one photograph: every slice is a darker copy of it</source>
+   <translation>ein Foto: jede Schicht ist eine dunklere Kopie davon</translation>
+  </message>
+  <message>
+   <source>%1, %2 slices between them are darkened copies of it</source>
+   <translation>%1, %2 Schichten dazwischen sind abgedunkelte Kopien davon</translation>
+  </message>
+  <message>
+   <source>photographs of equal mean radiance were averaged</source>
+   <translation>Fotos gleicher mittlerer Strahldichte wurden gemittelt</translation>
+  </message>
+  <message>
+   <source>Use all lamps, or import more photographs</source>
+   <translation>Alle Lampen verwenden oder mehr Fotos importieren</translation>
+  </message>
+  <message>
+   <source>Widen the tolerance, or choose another azimuth</source>
+   <translation>Die Toleranz erhöhen oder einen anderen Azimut wählen</translation>
+  </message>
+  <message>
+   <source>tileable: %1 x %2 texels of the sample's %3 x %4</source>
+   <translation>kachelbar: %1 x %2 der %3 x %4 Texel der Probe</translation>
+  </message>
+  <message>
+   <source>Choose a smaller overlap or a larger crop</source>
+   <translation>Eine kleinere Überlappung oder einen größeren Ausschnitt wählen</translation>
+  </message>
+  <message>
+   <source>lighting the planes</source>
+   <translation>Ebenen werden beleuchtet</translation>
+  </message>
+  <message>
+   <source>copying the tile</source>
+   <translation>Kachel wird kopiert</translation>
+  </message>
+  <message>
+   <source>would unpack to more than %1 times its size</source>
+   <translation>würde auf mehr als das %1-Fache seiner Größe entpackt</translation>
+  </message>
+  <message>
+   <source>holds a member with an impossible name, %1</source>
+   <translation>enthält einen Teil mit einem unmöglichen Namen, %1</translation>
+  </message>
+  <message>
+   <source>%1 is not a regular file</source>
+   <translation>%1 ist keine gewöhnliche Datei</translation>
+  </message>
+  <message>
+   <source>%1 is encrypted</source>
+   <translation>%1 ist verschlüsselt</translation>
+  </message>
+  <message>
+   <source>Ask for it without a password</source>
+   <translation>Ohne Passwort anfordern</translation>
+  </message>
+  <message>
+   <source>%1 is packed by an unknown method</source>
+   <translation>%1 ist mit einem unbekannten Verfahren gepackt</translation>
+  </message>
+  <message>
+   <source>Pack it with deflate or not at all</source>
+   <translation>Mit deflate oder gar nicht packen</translation>
+  </message>
+  <message>
+   <source>%1 would unpack to more than %2 times its size</source>
+   <translation>%1 würde auf mehr als das %2-Fache seiner Größe entpackt</translation>
+  </message>
+  <message>
+   <source>holds what no bundle holds: %1%2</source>
+   <translation>enthält, was kein Paket enthält: %1%2</translation>
+  </message>
+  <message>
+   <source>would unpack to more than %1 GiB</source>
+   <translation>würde auf mehr als %1 GiB entpackt</translation>
+  </message>
+  <message>
+   <source>has no member %1</source>
+   <translation>hat keinen Teil %1</translation>
+  </message>
+  <message>
+   <source>%1 has %2 bytes, more than %3</source>
+   <translation>%1 hat %2 Bytes, mehr als %3</translation>
+  </message>
+  <message>
+   <source>Check that it exists and may be read</source>
+   <translation>Prüfen, ob es existiert und gelesen werden darf</translation>
+  </message>
+  <message>
+   <source>holds %1 twice</source>
+   <translation>enthält %1 zweimal</translation>
+  </message>
+  <message>
+   <source>Choose a bundle</source>
+   <translation>Ein Paket wählen</translation>
+  </message>
+  <message>
+   <source>is cut short</source>
+   <translation>ist abgeschnitten</translation>
+  </message>
+  <message>
+   <source>lists %1 members in %2 bytes, more than an archive may</source>
+   <translation>nennt %1 Teile in %2 Bytes, mehr als ein Archiv darf</translation>
+  </message>
+  <message>
+   <source>is a damaged zip archive (its end record does not fit its length)</source>
+   <translation>ist ein beschädigtes ZIP-Archiv (sein Endeintrag passt nicht zur Länge)</translation>
+  </message>
+  <message>
+   <source>is cut short or damaged: its list of members has no end</source>
+   <translation>ist abgeschnitten oder beschädigt: die Liste seiner Teile hat kein Ende</translation>
+  </message>
+  <message>
+   <source>is a damaged zip archive (%1)</source>
+   <translation>ist ein beschädigtes ZIP-Archiv (%1)</translation>
+  </message>
+  <message>
+   <source>is a damaged zip archive (no 64-bit end record)</source>
+   <translation>ist ein beschädigtes ZIP-Archiv (kein 64-Bit-Endeintrag)</translation>
+  </message>
+  <message>
+   <source>is not a tar archive, or a damaged one (%1)</source>
+   <translation>ist kein oder ein beschädigtes TAR-Archiv (%1)</translation>
+  </message>
+  <message>
+   <source>%1 in it is damaged (%2)</source>
+   <translation>%1 darin ist beschädigt (%2)</translation>
+  </message>
+  <message>
+   <source>lists more than %1 members</source>
+   <translation>nennt mehr als %1 Teile</translation>
+  </message>
+  <message>
+   <source>cannot be unpacked (%1)</source>
+   <translation>lässt sich nicht entpacken (%1)</translation>
+  </message>
+  <message>
+   <source>it is a folder</source>
+   <translation>es ist ein Ordner</translation>
+  </message>
+  <message>
+   <source>it is not a regular file</source>
+   <translation>es ist keine gewöhnliche Datei</translation>
+  </message>
+  <message>
+   <source>the file is write-protected</source>
+   <translation>die Datei ist schreibgeschützt</translation>
+  </message>
+  <message>
+   <source>Choose another name or change its permissions</source>
+   <translation>Einen anderen Namen wählen oder die Rechte ändern</translation>
+  </message>
+  <message>
+   <source>a file of that name exists</source>
+   <translation>eine Datei dieses Namens existiert</translation>
+  </message>
+  <message>
+   <source>Choose another name for the folder</source>
+   <translation>Einen anderen Namen für den Ordner wählen</translation>
+  </message>
+  <message>
+   <source>the folder exists and holds no %1, so it is not ours</source>
+   <translation>der Ordner existiert und enthält kein %1, gehört also nicht Lightarc</translation>
+  </message>
+  <message>
+   <source>another run is writing it</source>
+   <translation>ein anderer Lauf schreibt sie</translation>
+  </message>
+  <message>
+   <source>Wait for that run or choose another name</source>
+   <translation>Auf diesen Lauf warten oder einen anderen Namen wählen</translation>
+  </message>
+  <message>
+   <source>it is the root of the file system</source>
+   <translation>es ist die Wurzel des Dateisystems</translation>
+  </message>
+  <message>
+   <source>the name holds characters that no file name can hold</source>
+   <translation>der Name enthält Zeichen, die kein Dateiname haben kann</translation>
+  </message>
+  <message>
+   <source>Choose another</source>
+   <translation>Einen anderen wählen</translation>
+  </message>
+  <message>
+   <source>is damaged</source>
+   <translation>ist beschädigt</translation>
+  </message>
+  <message>
+   <source>was replaced by another file while it was open</source>
+   <translation>wurde, während es geöffnet war, durch eine andere Datei ersetzt</translation>
+  </message>
+  <message>
+   <source>Open the new one</source>
+   <translation>Die neue öffnen</translation>
+  </message>
+  <message>
+   <source>was cut short while it was open</source>
+   <translation>wurde abgeschnitten, während es geöffnet war</translation>
+  </message>
+  <message>
+   <source>is not there at the moment</source>
+   <translation>ist im Moment nicht da</translation>
+  </message>
+  <message>
+   <source>the name of the output is empty</source>
+   <translation>der Name der Ausgabe ist leer</translation>
+  </message>
+  <message>
+   <source>Name %1</source>
+   <translation>%1 nennen</translation>
+  </message>
+  <message>
+   <source>no name can hold such a character</source>
+   <translation>kein Name kann ein solches Zeichen enthalten</translation>
+  </message>
+  <message>
+   <source>it names a folder, and %1 is a file</source>
+   <translation>es nennt einen Ordner, und %1 ist eine Datei</translation>
+  </message>
+  <message>
+   <source>Leave the slash at its end out</source>
+   <translation>Den Schrägstrich am Ende weglassen</translation>
+  </message>
+  <message>
+   <source>%1, and an output never replaces an input</source>
+   <translation>%1, und eine Ausgabe ersetzt nie eine Eingabe</translation>
+  </message>
+  <message>
+   <source>the folder holds %1, which is read, and would be replaced</source>
+   <translation>der Ordner enthält %1, das gelesen wird und ersetzt würde</translation>
+  </message>
+  <message>
+   <source>the folder exists and is not %1</source>
+   <translation>der Ordner existiert und ist nicht %1</translation>
+  </message>
+  <message>
+   <source>%1 is a file, and would have to be a folder</source>
+   <translation>%1 ist eine Datei und müsste ein Ordner sein</translation>
+  </message>
+  <message>
+   <source>Choose another path</source>
+   <translation>Einen anderen Pfad wählen</translation>
+  </message>
+  <message>
+   <source>Choose a place outside that folder</source>
+   <translation>Einen Ort außerhalb dieses Ordners wählen</translation>
+  </message>
+  <message>
+   <source>it cannot be looked at (%1)</source>
+   <translation>es lässt sich nicht untersuchen (%1)</translation>
+  </message>
+  <message>
+   <source>Name a file for %1</source>
+   <translation>Eine Datei für %1 nennen</translation>
+  </message>
+  <message>
+   <source>Move that elsewhere, or choose another name</source>
+   <translation>Das verschieben oder einen anderen Namen wählen</translation>
+  </message>
+  <message>
+   <source>Choose another name for one of them</source>
+   <translation>Für eines davon einen anderen Namen wählen</translation>
+  </message>
+  <message>
+   <source>manifest.json is not the manifest of a Lightarc bundle</source>
+   <translation>manifest.json ist nicht das Manifest eines Lightarc-Pakets</translation>
+  </message>
+  <message>
+   <source>manifest.json is not as it was written</source>
+   <translation>manifest.json ist nicht, wie es geschrieben wurde</translation>
+  </message>
+  <message>
+   <source>Ask for the bundle again from where it came</source>
+   <translation>Das Paket noch einmal anfordern</translation>
+  </message>
+  <message>
+   <source>manifest.json is nested too deeply</source>
+   <translation>manifest.json ist zu tief verschachtelt</translation>
+  </message>
+  <message>
+   <source>Export the bundle again</source>
+   <translation>Das Paket neu exportieren</translation>
+  </message>
+  <message>
+   <source>manifest.json: %1: %2</source>
+   <translation>manifest.json: %1: %2</translation>
+  </message>
+  <message>
+   <source>Free some space or reduce the resolution</source>
+   <translation>Platz schaffen oder die Auflösung verringern</translation>
+  </message>
+  <message>
+   <source>%1 is nested too deeply</source>
+   <translation>%1 ist zu tief verschachtelt</translation>
+  </message>
+  <message>
+   <source>%1 is not valid JSON (%2)</source>
+   <translation>%1 ist kein gültiges JSON (%2)</translation>
+  </message>
+  <message>
+   <source>Unpack it yourself and give the folder</source>
+   <translation>Selbst entpacken und den Ordner angeben</translation>
+  </message>
+  <message>
+   <source>holds both %1 and %2</source>
+   <translation>enthält sowohl %1 als auch %2</translation>
+  </message>
+  <message>
+   <source>%1 in it is damaged (it is cut short)</source>
+   <translation>%1 darin ist beschädigt (abgeschnitten)</translation>
+  </message>
+  <message>
+   <source>Unpacking %1</source>
+   <translation>%1 wird entpackt</translation>
+  </message>
+  <message>
+   <source>is a %1 archive, which is not read</source>
+   <translation>ist ein %1-Archiv, das nicht gelesen wird</translation>
+  </message>
+  <message>
+   <source>Unpack it, or pack it as zip</source>
+   <translation>Entpacken oder als ZIP packen</translation>
+  </message>
+  <message>
+   <source>changed while it was being read</source>
+   <translation>änderte sich beim Lesen</translation>
+  </message>
+  <message>
+   <source>Wait until it is complete and try again</source>
+   <translation>Warten, bis es vollständig ist, und erneut versuchen</translation>
+  </message>
+  <message>
+   <source>Make it smaller</source>
+   <translation>Verkleinern</translation>
+  </message>
+  <message>
+   <source>is a git-lfs pointer, not the data</source>
+   <translation>ist ein git-lfs-Verweis, nicht die Daten</translation>
+  </message>
+  <message>
+   <source>Fetch the data with `git lfs pull`</source>
+   <translation>Die Daten mit „git lfs pull“ holen</translation>
+  </message>
+  <message>
+   <source>is %1, not a regular file</source>
+   <translation>ist %1, keine gewöhnliche Datei</translation>
+  </message>
+  <message>
+   <source>Give a file</source>
+   <translation>Eine Datei angeben</translation>
+  </message>
+  <message>
+   <source>is empty (0 bytes)</source>
+   <translation>ist leer (0 Bytes)</translation>
+  </message>
+  <message>
+   <source>is not a possible file name (%1)</source>
+   <translation>ist kein möglicher Dateiname (%1)</translation>
+  </message>
+  <message>
+   <source>Rename the file</source>
+   <translation>Die Datei umbenennen</translation>
+  </message>
+  <message>
+   <source>looking for depth edges</source>
+   <translation>Tiefensprünge werden gesucht</translation>
+  </message>
+  <message>
+   <source>solving for the height</source>
+   <translation>Höhe wird berechnet</translation>
+  </message>
+  <message>
+   <source>Finding what hides the sky</source>
+   <translation>Himmelsanteil wird bestimmt</translation>
+  </message>
+  <message>
+   <source>Import it with a light list (.lp), with azimuth_deg in a capture.toml, or with --estimate-lights</source>
+   <translation>Mit einer Lichtliste (.lp), mit azimuth_deg in einer capture.toml oder mit geschätzten Lichtern importieren</translation>
+  </message>
+  <message>
+   <source>Photograph it under lamps in three directions or more, from several sides</source>
+   <translation>Unter Lampen in mindestens drei Richtungen von mehreren Seiten fotografieren</translation>
+  </message>
+  <message>
+   <source>estimating errors of the rig</source>
+   <translation>Fehler des Aufbaus werden geschätzt</translation>
+  </message>
+  <message>
+   <source>shown as flat, and there is no height</source>
+   <translation>flach gezeigt, und es gibt keine Höhe</translation>
+  </message>
+  <message>
+   <source>%1the height steps between them by amounts that are unknown</source>
+   <translation>%1die Höhenstufen dazwischen um unbekannte Beträge</translation>
+  </message>
+  <message>
+   <source>%1 of the image is background, of which nothing is said</source>
+   <translation>%1 des Bildes ist Hintergrund, über den nichts ausgesagt wird</translation>
+  </message>
+  <message>
+   <source>%1, because texels are brighter than a card at that level</source>
+   <translation>%1, weil Texel heller sind als eine weiße Fläche bei diesem Pegel</translation>
+  </message>
+  <message>
+   <source>%1: shadows, or lamps that are placed wrongly</source>
+   <translation>%1: Schatten oder falsch angegebene Lampen</translation>
+  </message>
+  <message>
+   <source>%1 of a lit surface, or lamps are placed wrongly</source>
+   <translation>%1 einer beleuchteten Fläche, oder Lampen sind falsch angegeben</translation>
+  </message>
+  <message>
+   <source>looking for texels that are alike</source>
+   <translation>ähnliche Texel werden gesucht</translation>
+  </message>
+  <message>
+   <source>fitting a sample of texels</source>
+   <translation>eine Stichprobe der Texel wird angepasst</translation>
+  </message>
+  <message>
+   <source>leaving neighbouring lamps out</source>
+   <translation>benachbarte Lampen werden zurückgehalten</translation>
+  </message>
+  <message>
+   <source>finding slopes and reflectance</source>
+   <translation>Steigungen und Reflexion werden bestimmt</translation>
+  </message>
+  <message>
+   <source>Not corrected for: %1. %2</source>
+   <translation>Nicht korrigiert: %1. %2</translation>
+  </message>
+  <message>
+   <source>a tile of %1 × %2 repeats is not within %3 to %4</source>
+   <translation>eine Kachel aus %1 × %2 Wiederholungen liegt nicht zwischen %3 und %4</translation>
+  </message>
+  <message>
+   <source>a tile of %1 × %2 texels is too large; %3</source>
+   <translation>eine Kachel von %1 × %2 Texeln ist zu groß; %3</translation>
+  </message>
+  <message>
+   <source>an object with a mask does not repeat; cut a tile out of it (lightarc shade --part)</source>
+   <translation>ein Objekt mit Maske wiederholt sich nicht; eine Kachel herausschneiden</translation>
+  </message>
+  <message>
+   <source>a power law of which some tiles keep their slices cannot be enlarged; build it without them</source>
+   <translation>ein Potenzgesetz, bei dem einige Kacheln ihre Schichten behalten, lässt sich nicht vergrößern; ohne diese erzeugen</translation>
+  </message>
+  <message>
+   <source>where a pixel covers many texels, other programs show highlights up to %1 times too bright: they average normals, and these files cannot hold how far they differ; there, take maps of fewer texels and more roughness</source>
+   <translation>wo ein Pixel viele Texel bedeckt, zeigen andere Programme Glanzlichter bis zu %1-mal zu hell: sie mitteln Normalen, und diese Dateien können deren Streuung nicht enthalten; dort Karten mit weniger Texeln und mehr Rauheit verwenden</translation>
+  </message>
+  <message>
+   <source>%1 holds a material from photographs; PBR maps leave as the other targets</source>
+   <translation>%1 enthält ein Material aus Fotos; PBR-Karten gehen als die anderen Ziele hinaus</translation>
+  </message>
+  <message>
+   <source>an RTI file needs light from several sides: give the stack of a dome</source>
+   <translation>eine RTI-Datei braucht Licht von mehreren Seiten: den Stapel einer Kuppel verwenden</translation>
+  </message>
+  <message>
+   <source>the material was cut to a tile, so that it is not compared with the photographs</source>
+   <translation>das Material wurde zu einer Kachel geschnitten und wird deshalb nicht mit den Fotos verglichen</translation>
+  </message>
+  <message>
+   <source>an error of %1 is not a number from 0 upwards</source>
+   <translation>ein Fehler von %1 ist keine Zahl ab 0</translation>
+  </message>
+  <message>
+   <source>layers are left out: %1</source>
+   <translation>Schichten fehlen: %1</translation>
+  </message>
+  <message>
+   <source>It shows no image of the surface.</source>
+   <translation>Es zeigt kein Bild der Oberfläche.</translation>
+  </message>
+  <message>
+   <source>these files show no image of the surface, so that there is nothing to compare</source>
+   <translation>diese Dateien zeigen kein Bild der Oberfläche, also gibt es nichts zu vergleichen</translation>
+  </message>
+  <message>
+   <source>the material has neither a shading map nor a power law</source>
+   <translation>das Material hat weder eine Schattierungskarte noch ein Potenzgesetz</translation>
+  </message>
+  <message>
+   <source>power law alone</source>
+   <translation>nur Potenzgesetz</translation>
+  </message>
+  <message>
+   <source>shaders look up a map, and this material has none</source>
+   <translation>Shader tasten eine Karte ab, und dieses Material hat keine</translation>
+  </message>
+  <message>
+   <source>the BRDF is a fit of the measured one, %1 away (relative RMSE of f cos)</source>
+   <translation>die BRDF ist eine Anpassung der gemessenen, %1 entfernt (relativer RMSE von f cos)</translation>
+  </message>
+  <message>
+   <source>a width of %1 mm is not within %2 to %3 mm</source>
+   <translation>eine Breite von %1 mm liegt nicht zwischen %2 und %3 mm</translation>
+  </message>
+  <message>
+   <source>f0 varies, and %1 states its mean, %2</source>
+   <translation>F0 variiert, und %1 nennt das Mittel, %2</translation>
+  </message>
+  <message>
+   <source>a shading map needs at least 2 slices, not %1</source>
+   <translation>eine Schattierungskarte braucht mindestens 2 Schichten, nicht %1</translation>
+  </message>
+  <message>
+   <source>the stack holds no photograph called %1</source>
+   <translation>der Stapel enthält kein Foto namens %1</translation>
+  </message>
+  <message>
+   <source>a sample of %1 x %2 texels is too small to be made tileable</source>
+   <translation>eine Probe von %1 x %2 Texeln ist zu klein, um kachelbar zu werden</translation>
+  </message>
+  <message>
+   <source>an overlap of %1 texels does not fit a sample of %2 x %3</source>
+   <translation>eine Überlappung von %1 Texeln passt nicht zu einer Probe von %2 x %3</translation>
+  </message>
+  <message>
+   <source>the BRDF is not a finite number for light at %1° and viewer at %2°</source>
+   <translation>die BRDF ist keine endliche Zahl für Licht bei %1° und Blick bei %2°</translation>
+  </message>
+  <message>
+   <source>a search cannot go on from factors of the method %1</source>
+   <translation>eine Suche kann nicht von Faktoren des Verfahrens %1 ausgehen</translation>
+  </message>
+  <message>
+   <source>these factors are of %1, and cannot go on as factors of %2</source>
+   <translation>diese Faktoren gehören zu %1 und lassen sich nicht als Faktoren von %2 fortsetzen</translation>
+  </message>
+  <message>
+   <source>a BRDF that is 0 everywhere has no logarithm</source>
+   <translation>eine BRDF, die überall 0 ist, hat keinen Logarithmus</translation>
+  </message>
+  <message>
+   <source>a search goes on with the parametrisation and reciprocity that it started with</source>
+   <translation>eine Suche wird mit der Parametrisierung und Reziprozität fortgesetzt, mit der sie begann</translation>
+  </message>
+  <message>
+   <source>a search goes on with the size and epsilon that it started with, %1 and %2</source>
+   <translation>eine Suche wird mit der Größe und dem Epsilon fortgesetzt, mit denen sie begann, %1 und %2</translation>
+  </message>
+  <message>
+   <source>at least one term is needed, not %1</source>
+   <translation>mindestens ein Term ist nötig, nicht %1</translation>
+  </message>
+  <message>
+   <source>over half and difference vectors no matrix is symmetric; take the method svd or power</source>
+   <translation>über Halb- und Differenzvektoren ist keine Matrix symmetrisch; das Verfahren Singulärwerte oder Potenzmethode wählen</translation>
+  </message>
+  <message>
+   <source>the matrix of this BRDF is not symmetric (asymmetry %1); take the method svd or power</source>
+   <translation>die Matrix dieser BRDF ist nicht symmetrisch (Asymmetrie %1); das Verfahren Singulärwerte oder Potenzmethode wählen</translation>
+  </message>
+  <message>
+   <source>%1 texels have no sample; smoothing above 0 fills them</source>
+   <translation>%1 Texel haben keine Abtastung; eine Glättung über 0 füllt sie</translation>
+  </message>
+  <message>
+   <source>without restarts, guesses and fixed projections there is nothing to try</source>
+   <translation>ohne Neustarts, Startwerte und feste Projektionen gibt es nichts zu versuchen</translation>
+  </message>
+  <message>
+   <source>a scene has at most %1 lamps, not %2</source>
+   <translation>eine Szene hat höchstens %1 Lichter, nicht %2</translation>
+  </message>
+  <message>
+   <source>the mode %1 is not baked</source>
+   <translation>der Modus %1 wird nicht vorberechnet</translation>
+  </message>
+  <message>
+   <source>%1 takes about %2, for which there was no time</source>
+   <translation>%1 dauert etwa %2; dafür war keine Zeit</translation>
+  </message>
+  <message>
+   <source>%1 The error of the whole plan is %2.</source>
+   <translation>%1 Der Fehler des ganzen Plans ist %2.</translation>
+  </message>
+  <message>
+   <source>%1 The mode %2 shows it of lamps and suns alone.</source>
+   <translation>%1 Der Modus %2 zeigt es nur für gerichtete Lichter und Sonnen.</translation>
+  </message>
+  <message>
+   <source>%1 The mode %2 does not show it.</source>
+   <translation>%1 Der Modus %2 zeigt es nicht.</translation>
+  </message>
+  <message>
+   <source>a plan has one budget: of error or of time</source>
+   <translation>ein Plan hat ein Budget: Fehler oder Zeit</translation>
+  </message>
+  <message>
+   <source>%1 cannot be forced and skipped at once</source>
+   <translation>%1 kann nicht zugleich erzwungen und ausgelassen werden</translation>
+  </message>
+  <message>
+   <source>no mode is left to choose from in %1 of memory</source>
+   <translation>mit %1 Speicher bleibt kein Modus zur Wahl</translation>
+  </message>
+  <message>
+   <source>a budget of %1 of %2 is not above 0</source>
+   <translation>ein Budget von %1 %2 ist nicht über 0</translation>
+  </message>
+  <message>
+   <source>%1 cannot be forced on a reflectance that varies and does not have it</source>
+   <translation>%1 lässt sich bei variierendem Reflexionsverhalten ohne diesen Effekt nicht erzwingen</translation>
+  </message>
+  <message>
+   <source>factors over different maps cannot be mixed; give their reflectances, or equal maps</source>
+   <translation>Faktoren über verschiedenen Karten lassen sich nicht mischen; gleiche Karten verwenden</translation>
+  </message>
+  <message>
+   <source>error of %1 small views against the reference: %2</source>
+   <translation>Fehler von %1 kleinen Ansichten gegenüber der Referenz: %2</translation>
+  </message>
+  <message>
+   <source>in the mode %1 this bake differs from the reference: %2%3</source>
+   <translation>im Modus %1 weicht diese Vorberechnung von der Referenz ab: %2%3</translation>
+  </message>
+  <message>
+   <source>in the mode %1 this bake differs from the reference: %2 %3%4</source>
+   <translation>im Modus %1 weicht diese Vorberechnung von der Referenz ab: %2 %3%4</translation>
+  </message>
+  <message>
+   <source>; the mode %1 passes %2</source>
+   <translation>; der Modus %1 übersteht %2</translation>
+  </message>
+  <message>
+   <source>coefficients in the file are rounded, by %1 RMS</source>
+   <translation>Koeffizienten in der Datei sind gerundet, um %1 RMS</translation>
+  </message>
+  <message>
+   <source>error under %1: %2 of the radiance (RMS, %3 pairs of vertex and view)%4</source>
+   <translation>Fehler unter %1: %2 der Strahldichte (RMS, %3 Paare von Eckpunkt und Blick)%4</translation>
+  </message>
+  <message>
+   <source>%1 cannot go from %2 to %3</source>
+   <translation>%1 kann nicht von %2 bis %3 gehen</translation>
+  </message>
+  <message>
+   <source>only analytic models have parameters that can vary over a surface</source>
+   <translation>nur analytische Modelle haben Parameter, die über eine Oberfläche variieren können</translation>
+  </message>
+  <message>
+   <source>the BRDF has no parameter %1; it has %2</source>
+   <translation>die BRDF hat keinen Parameter %1; sie hat %2</translation>
+  </message>
+  <message>
+   <source>%1 is to vary twice</source>
+   <translation>%1 soll zweimal variieren</translation>
+  </message>
+  <message>
+   <source>this BRDF has no glossy part; bake it with --mode sh or wavelet</source>
+   <translation>diese BRDF hat keinen glänzenden Anteil; mit Kugelflächenfunktionen oder Wavelets vorberechnen</translation>
+  </message>
+  <message>
+   <source>The bake is of another BRDF; Gaussians are baked for one.</source>
+   <translation>Die Vorberechnung gehört zu einer anderen BRDF; Gauß-Funktionen gelten für eine.</translation>
+  </message>
+  <message>
+   <source>parameters of the BRDF of %1 vary over the model; bake again with another</source>
+   <translation>Parameter der BRDF von %1 variieren über das Modell; mit einer anderen neu vorberechnen</translation>
+  </message>
+  <message>
+   <source>light between parts of a model that does not shade itself is not possible</source>
+   <translation>Licht zwischen Teilen eines Modells, das sich nicht selbst verschattet, ist nicht möglich</translation>
+  </message>
+  <message>
+   <source>tabulating the reflectance, %1</source>
+   <translation>Reflexion wird tabelliert, %1</translation>
+  </message>
+  <message>
+   <source>%1 parameters are to vary; spherical harmonics have tables over 1 or 2</source>
+   <translation>%1 Parameter sollen variieren; Kugelflächenfunktionen haben Tabellen über 1 oder 2</translation>
+  </message>
+  <message>
+   <source>a lamp is too bright for numbers of 32 bits</source>
+   <translation>ein Licht ist zu hell für 32-Bit-Zahlen</translation>
+  </message>
+  <message>
+   <source>the lamp at %1 of radius %2 touches the model, %3 from its centre</source>
+   <translation>das Licht bei %1 mit Radius %2 berührt das Modell, %3 von seiner Mitte</translation>
+  </message>
+  <message>
+   <source>the %1 at %2 touches the model</source>
+   <translation>%1 bei %2 berührt das Modell</translation>
+  </message>
+  <message>
+   <source>a lamp that is a point lies on a vertex</source>
+   <translation>ein punktförmiges Licht liegt auf einem Eckpunkt</translation>
+  </message>
+  <message>
+   <source>A diffuse model was baked, which holds nothing of the view.</source>
+   <translation>Ein diffuses Modell wurde vorberechnet, das nichts vom Blick enthält.</translation>
+  </message>
+  <message>
+   <source>Between the points where it was found, the light of near lamps is off by %1 RMS.</source>
+   <translation>Zwischen den Stützpunkten weicht das Licht naher Lichter um %1 RMS ab.</translation>
+  </message>
+  <message>
+   <source>The bake is of another BRDF; interreflection is baked for one.</source>
+   <translation>Die Vorberechnung gehört zu einer anderen BRDF; Wechselreflexion gilt für eine.</translation>
+  </message>
+  <message>
+   <source>The BRDF cannot be changed without another bake: %1</source>
+   <translation>Die BRDF lässt sich nicht ohne neue Vorberechnung ändern: %1</translation>
+  </message>
+  <message>
+   <source>wavelets need factors over light and viewer (in-out), not over half and difference vectors</source>
+   <translation>Wavelets brauchen Faktoren über Licht und Blick, nicht über Halb- und Differenzvektoren</translation>
+  </message>
+  <message>
+   <source>%1 terms are more than the %2 that can be baked</source>
+   <translation>%1 Terme sind mehr als die %2, die sich vorberechnen lassen</translation>
+  </message>
+  <message>
+   <source>The bake is of another BRDF; wavelets are baked for one.</source>
+   <translation>Die Vorberechnung gehört zu einer anderen BRDF; Wavelets gelten für eine.</translation>
+  </message>
+  <message>
+   <source>%1 mixes several BRDFs; bake again with other ones</source>
+   <translation>%1 mischt mehrere BRDFs; mit anderen neu vorberechnen</translation>
+  </message>
+  <message>
+   <source>the material has neither a shading map nor a power law, a directional map or PBR maps</source>
+   <translation>das Material hat weder Schattierungskarte noch Potenzgesetz, Richtungskarte oder PBR-Karten</translation>
+  </message>
+  <message>
+   <source>%1 has values that are negative or not finite</source>
+   <translation>%1 hat negative oder nicht endliche Werte</translation>
+  </message>
+  <message>
+   <source>a film of %1 × %2 pixels is not possible (2 … %3)</source>
+   <translation>ein Film von %1 × %2 Pixeln ist nicht möglich (2 … %3)</translation>
+  </message>
+  <message>
+   <source>too few texels are lit in both photographs of the pairs</source>
+   <translation>in beiden Fotos der Paare sind zu wenige Texel beleuchtet</translation>
+  </message>
+  <message>
+   <source>their brightness over each other is known to %1 only</source>
+   <translation>ihr Helligkeitsverhältnis ist nur auf %1 bekannt</translation>
+  </message>
+  <message>
+   <source>a file without an ending</source>
+   <translation>eine Datei ohne Endung</translation>
+  </message>
+  <message>
+   <source>crop %1 needs left and top from 0, width and height from 1</source>
+   <translation>der Ausschnitt %1 braucht links und oben ab 0, Breite und Höhe ab 1</translation>
+  </message>
+  <message>
+   <source>a crop and a framing cannot both be followed</source>
+   <translation>ein Ausschnitt und ein Bildausschnitt gelten nicht zugleich</translation>
+  </message>
+  <message>
+   <source>lamp_distance %1 is not above half a width of the image</source>
+   <translation>der Lampenabstand %1 ist nicht größer als eine halbe Bildbreite</translation>
+  </message>
+  <message>
+   <source>%1, on which lights cannot be measured; %2 are needed</source>
+   <translation>%1, an denen sich Lichter nicht messen lassen; %2 sind nötig</translation>
+  </message>
+  <message>
+   <source>no sphere was found on which a highlight moves; mark its outline by hand</source>
+   <translation>keine Kugel gefunden, auf der sich ein Glanzlicht bewegt; ihren Umriss von Hand markieren</translation>
+  </message>
+  <message>
+   <source>the outline of the sphere lies outside the image</source>
+   <translation>der Umriss der Kugel liegt außerhalb des Bildes</translation>
+  </message>
+  <message>
+   <source>the highlight is cut by the border of the image</source>
+   <translation>das Glanzlicht ist vom Bildrand abgeschnitten</translation>
+  </message>
+  <message>
+   <source>the highlight lies too close to the outline: the lamp would stand below the sample</source>
+   <translation>das Glanzlicht liegt zu nah am Umriss: die Lampe stünde unter der Probe</translation>
+  </message>
+  <message>
+   <source>the outline of the object leaves nothing of the photographs; draw it around the object</source>
+   <translation>der Umriss des Objekts lässt nichts von den Fotos übrig; um das Objekt zeichnen</translation>
+  </message>
+  <message>
+   <source>an outline of %1 points is not possible (3 … %2)</source>
+   <translation>ein Umriss aus %1 Punkten ist nicht möglich (3 … %2)</translation>
+  </message>
+  <message>
+   <source>the dark frame is %1 x %2 pixels, the flat field %3 x %4</source>
+   <translation>das Dunkelbild hat %1 x %2 Pixel, das Weißbild %3 x %4</translation>
+  </message>
+  <message>
+   <source>the flat field is not brighter than the dark frame</source>
+   <translation>das Weißbild ist nicht heller als das Dunkelbild</translation>
+  </message>
+  <message>
+   <source>white level %1 is not above black level %2</source>
+   <translation>der Weißpegel %1 liegt nicht über dem Schwarzpegel %2</translation>
+  </message>
+  <message>
+   <source>the corners must run clockwise from the top left around a figure without dents</source>
+   <translation>die Ecken müssen im Uhrzeigersinn von links oben um eine Figur ohne Einbuchtung laufen</translation>
+  </message>
+  <message>
+   <source>three of four points lie on one line</source>
+   <translation>drei von vier Punkten liegen auf einer Geraden</translation>
+  </message>
+  <message>
+   <source>a lens of %1 mm focuses nothing nearer than %2 mm from the sensor</source>
+   <translation>ein Objektiv mit %1 mm stellt nichts näher als %2 mm vom Sensor scharf</translation>
+  </message>
+  <message>
+   <source>the chart lies obliquely: its scale differs over it by more than 12 %</source>
+   <translation>die Tafel liegt schräg: ihr Maßstab ändert sich darüber um mehr als 12 %</translation>
+  </message>
+  <message>
+   <source>a pixel of %1 mm is not within %2 to %3 mm</source>
+   <translation>ein Pixel von %1 mm liegt nicht zwischen %2 und %3 mm</translation>
+  </message>
+  <message>
+   <source>a known length needs points more than two pixels apart, and millimetres above 0</source>
+   <translation>eine bekannte Länge braucht Punkte in mehr als zwei Pixeln Abstand und Millimeter über 0</translation>
+  </message>
+  <message>
+   <source>patches %1 mm apart are not those of a chart: give 0.1 to 1000 mm</source>
+   <translation>Felder in %1 mm Abstand sind nicht die einer Tafel: 0,1 bis 1000 mm angeben</translation>
+  </message>
+  <message>
+   <source>a sample %1 mm from the sensor is not within 10 mm to 100 m</source>
+   <translation>eine Probe %1 mm vom Sensor liegt nicht zwischen 10 mm und 100 m</translation>
+  </message>
+  <message>
+   <source>the azimuths of the lights are not known, and a file of lights needs them</source>
+   <translation>die Azimute der Lichter sind unbekannt, und eine Datei der Lichter braucht sie</translation>
+  </message>
+  <message>
+   <source>a lamp of radius %1° is not between 0 and 90°</source>
+   <translation>ein Licht mit Radius %1° liegt nicht zwischen 0 und 90°</translation>
+  </message>
+  <message>
+   <source>a lamp of radius %1 is not possible</source>
+   <translation>ein Licht mit Radius %1 ist nicht möglich</translation>
   </message>
  </context>
 </TS>
