@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QResizeEvent, QWheelEvent
+from PySide6.QtGui import QAccessible, QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
 from app.brdf.plots import marker_path
@@ -66,6 +66,8 @@ def surfaces(lobes: Sequence[Lobe], highest: float, *, logarithmic: bool) -> lis
 
 class LobeView(GlWidget):
     """Shows lobes; `light_moved(theta_deg, final)` asks to move the light in its plane."""
+
+    accessible_role = QAccessible.Role.Canvas
 
     light_moved = Signal(float, bool)
 

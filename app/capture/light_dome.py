@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from PySide6.QtCore import QEvent, QPointF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QHelpEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtGui import QAccessible, QColor, QHelpEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QToolTip, QVBoxLayout, QWidget
 
 from app.widgets import theme
@@ -72,6 +72,8 @@ def lamps_of(stack: ImageStack | None, excluded: frozenset[str]) -> tuple[Lamp, 
 
 class DomeImage(QWidget):
     """The disk. A click chooses a lamp, with Ctrl it picks one more or less; a line drawn round lamps picks them."""
+
+    accessible_role = QAccessible.Role.Chart
 
     chosen = Signal(int)
     picked = Signal(list)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, QSize, QSizeF, Qt, Signal
-from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QWheelEvent
+from PySide6.QtGui import QAccessible, QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
 from app.capture.marker_view import STEPS
@@ -25,6 +25,8 @@ FINE, PLAIN, FAR = 1.0, 16.0, 128.0
 
 class Loupe(QWidget):
     """Lies over `view` and magnifies the image in it around `place`. `closed` when a user closes it."""
+
+    accessible_role = QAccessible.Role.Graphic
 
     closed = Signal()
 

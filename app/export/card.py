@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtGui import QAccessible, QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QCheckBox, QFrame, QGridLayout, QLabel, QVBoxLayout, QWidget
 
 from app.widgets import theme
@@ -37,6 +37,8 @@ FIGURES = (
 
 class Sphere(QWidget):
     """An image with coverage, in the middle of its place."""
+
+    accessible_role = QAccessible.Role.Graphic
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -179,6 +181,7 @@ class Board(Scrolled):
 
     def __init__(self, cards: Sequence[Card]) -> None:
         super().__init__()
+        self.setAccessibleName("Targets of an export")
         self.cards = list(cards)
         self.columns = self.sphere = 0
         role(self, "canvas")

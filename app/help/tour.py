@@ -50,7 +50,7 @@ class Tour(QWidget):
         self.setAccessibleName("Welcome tour")
         self.setFixedWidth(CARD_PX)
         self.heading, self.words, self.count = text("", "title"), text("", wrap=True), text("", "secondary")
-        self.back, self.next, self.skip = button("Back"), button("Next", "primary"), button("End", "link")
+        self.back, self.next, self.skip = button("Previous"), button("Next", "primary"), button("End", "link")
         self.back.clicked.connect(lambda: self.show_hint(self.at - 1))
         self.next.clicked.connect(lambda: self.show_hint(self.at + 1))
         self.skip.clicked.connect(self.end)

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QAccessible, QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from app.document.document import Project
@@ -46,6 +46,8 @@ KEYS = {
 
 class LightPad(QWidget):
     """The disk; `moved(x, y)` follows the light, unit vectors seen from above."""
+
+    accessible_role = QAccessible.Role.Dial
 
     moved = Signal(float, float)
 

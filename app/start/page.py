@@ -14,6 +14,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QPoint, QRect, QSize, Qt, QUrl, Signal
 from PySide6.QtGui import (
+    QAccessible,
     QColor,
     QDesktopServices,
     QEnterEvent,
@@ -117,6 +118,8 @@ class StartPage(QScrollArea):
     approached : the pointer moves over a card or a project, or a card gets the focus. A pointer that only lies where
         the page appears announces nothing.
     """
+
+    accessible_role = QAccessible.Role.Pane
 
     open_wanted = Signal(object)
     example_wanted = Signal(object)

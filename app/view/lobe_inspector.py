@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
+from PySide6.QtGui import QAccessible, QColor, QImage, QPainter, QPaintEvent
 from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QVBoxLayout, QWidget
 
 from app.jobs.newest import Latest
@@ -207,8 +207,11 @@ class LobeInspector(QDockWidget):
 class HemisphereImage(QWidget):
     """A disc in false colour with two lines of words under it."""
 
+    accessible_role = QAccessible.Role.Graphic
+
     def __init__(self) -> None:
         super().__init__()
+        self.setAccessibleName("Lobes of a vertex")
         self.image: QImage | None = None
         self.title = self.figure = ""
         self.setMinimumSize(96, 96 + 2 * ROW - 8)
@@ -216,7 +219,7 @@ class HemisphereImage(QWidget):
     def show_nothing(self) -> None:
         """Leave the place empty."""
         self.image, self.title, self.figure = None, "", ""
-        self.setAccessibleName("")
+        self.setAccessibleName("Lobes of a vertex")
         self.update()
 
     def show_values(self, values: NDArray[np.float32], highest: float, title: str, figure: str) -> None:

@@ -11,7 +11,7 @@ import dataclasses
 from math import degrees, pi
 
 from PySide6.QtCore import QPointF, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QMouseEvent, QResizeEvent, QWheelEvent
+from PySide6.QtGui import QAccessible, QMouseEvent, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
 
 from app.jobs.jobs import Jobs
@@ -55,6 +55,8 @@ class Viewport(QWidget):
     to rotate the environment instead. `camera_moved` says that the model is seen from elsewhere or in another size,
     `rested` that nothing has moved for a while, `clicked` that the left button went down and up at one place.
     """
+
+    accessible_role = QAccessible.Role.Canvas
 
     light_moved = Signal(float, float, bool)
     lamp_moved = Signal(int, float, float, bool)

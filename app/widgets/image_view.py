@@ -14,7 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QPen, QResizeEvent, QWheelEvent
+from PySide6.QtGui import (
+    QAccessible,
+    QColor,
+    QImage,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QResizeEvent,
+    QWheelEvent,
+)
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.widgets import theme
@@ -129,12 +139,15 @@ MARGIN = 12
 class ImageView(QWidget):
     """Shows an `Image`. `pointed(column, row)` follows the pointer, (−1, −1) when it leaves the image."""
 
+    accessible_role = QAccessible.Role.Graphic
+
     pointed = Signal(int, int)
     picked = Signal(int, int)
     zoomed = Signal(float)
 
     def __init__(self) -> None:
         super().__init__()
+        self.setAccessibleName("Image")
         self.image: Image | None = None
         self.words = ""
         self.marks_visible = True

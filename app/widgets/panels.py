@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QResizeEvent
+from PySide6.QtGui import QAccessible, QAction, QResizeEvent
 from PySide6.QtWidgets import (
     QButtonGroup,
     QComboBox,
@@ -108,7 +108,13 @@ class Scrolled(QScrollArea):
     Qt's own also measures it each time that a widget around it gets a parent, and dresses all of it anew for that.
     """
 
+    accessible_role = QAccessible.Role.Pane
+
     _was_shown = False
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName("Panel")
 
     def event(self, event: QEvent) -> bool:
         self._was_shown |= event.type() == QEvent.Type.Show

@@ -10,7 +10,7 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import ArrayLike, NDArray
 from PySide6.QtCore import QPointF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFontMetrics, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtGui import QAccessible, QColor, QFontMetrics, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QWidget
 
 from app.widgets import theme
@@ -34,12 +34,15 @@ class Axis(pg.AxisItem):
 class Plot(pg.PlotWidget):
     """A plot in the window's colours."""
 
+    accessible_role = QAccessible.Role.Chart
+
     x_label = y_label = ""
 
     def __init__(self, x_label: str, y_label: str) -> None:
         axes = {side: Axis(side) for side in ("bottom", "left")}
         super().__init__(enableMenu=False, axisItems=axes)
         self.x_label, self.y_label = x_label, y_label
+        self.setAccessibleName(y_label or x_label)
         item = self.getPlotItem()
         item.hideButtons()
         item.getViewBox().setMouseEnabled(x=False, y=False)
@@ -219,9 +222,12 @@ class TexelPlot(Plot):
 class ColourBar(QWidget):
     """The scale of a map: colours from `low` to `high`, with figures."""
 
+    accessible_role = QAccessible.Role.Graphic
+
     def __init__(self, table: NDArray[np.uint8]) -> None:
         super().__init__()
         self.table = table
+        self.setAccessibleName("Colour scale")
         self.low = self.high = 0.0
         self.caption = ""
         self.setFixedWidth(84)

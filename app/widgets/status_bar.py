@@ -6,7 +6,7 @@ import time
 
 import psutil
 from PySide6.QtCore import QRectF, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QColor, QPainter, QPaintEvent
+from PySide6.QtGui import QAccessible, QColor, QPainter, QPaintEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QToolButton, QWidget
 
 from app.jobs.jobs import Job, Jobs
@@ -191,6 +191,8 @@ class StatusBar(QWidget):
 
 class ProgressLine(QWidget):
     """A thin bar. Qt's own repaints the whole window at once with every value; this one waits its turn."""
+
+    accessible_role = QAccessible.Role.ProgressBar
 
     def __init__(self) -> None:
         super().__init__()

@@ -72,7 +72,7 @@ DARK = Theme(
     hover="#363636",
     line="#3a3a3a",
     text="#d8d8d8",
-    secondary="#9a9a9a",
+    secondary="#a2a2a2",
     disabled="#6a6a6a",
     accent="#4d9bf0",
     on_accent="#101418",
@@ -92,11 +92,11 @@ LIGHT = Theme(
     text="#1e1e1e",
     secondary="#505050",
     disabled="#929292",
-    accent="#1b63b5",
+    accent="#1a60b0",
     on_accent="#ffffff",
     canvas="#c8c8c8",
     good="#0a6b4c",
-    warning="#8a5800",
+    warning="#865500",
     bad="#b0371a",
 )
 
@@ -385,8 +385,9 @@ QCheckBox::indicator:checked {{ background: {theme.accent}; border-color: {theme
   image: url({icons}/tick.svg); }}
 QCheckBox::indicator:disabled {{ border-color: {theme.line}; background: transparent; }}
 
-QAbstractItemView {{ background: {theme.panel}; border: none; outline: none;
+QAbstractItemView {{ background: {theme.panel}; border: 1px solid transparent; outline: none;
   selection-background-color: {theme.hover}; selection-color: {theme.text}; }}
+QAbstractItemView:focus {{ border-color: {theme.accent}; }}
 QTableView {{ gridline-color: transparent; }}
 QTableView::item {{ padding: 0 9px; }}
 QTableView::item:selected {{ background: {theme.hover}; color: {theme.text}; }}

@@ -19,7 +19,7 @@ from app.project.places import interrupt, projects_folder
 from app.session import settings
 from app.start.examples import EXAMPLES
 from app.viewport.gl_surface import request_format
-from app.widgets import language, theme
+from app.widgets import accessible, language, theme
 from app.window.main_window import MainWindow
 from app.window.top_bar import WORKSPACES
 
@@ -51,6 +51,7 @@ def start() -> QApplication:
     _use_processors(kept.threads)
     collect_on_this_thread(application)
     language.use(language.choose(kept.language), application)
+    accessible.install()
     theme.apply(application, kept.theme)
     return application
 

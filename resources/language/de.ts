@@ -4018,6 +4018,10 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
    <translation>%1, %2 Zahlen</translation>
   </message>
   <message>
+   <source>Lobes of a vertex</source>
+   <translation>Keulen eines Eckpunkts</translation>
+  </message>
+  <message>
    <source>looking at the model</source>
    <translation>Modell wird untersucht</translation>
   </message>
@@ -4457,6 +4461,10 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
    <translation>Es zeigt kein Bild der Oberfläche</translation>
   </message>
   <message>
+   <source>Targets of an export</source>
+   <translation>Ziele eines Exports</translation>
+  </message>
+  <message>
    <source>Title</source>
    <translation>Titel</translation>
   </message>
@@ -4675,10 +4683,6 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
   <message>
    <source>Width of the sample</source>
    <translation>Breite der Probe</translation>
-  </message>
-  <message>
-   <source>Targets of an export</source>
-   <translation>Ziele eines Exports</translation>
   </message>
   <message>
    <source>%1 exports</source>
@@ -5366,6 +5370,10 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
    <translation>Eine Zahl von %1 bis %2 eingeben, auch 2*3.</translation>
   </message>
   <message>
+   <source>Panel</source>
+   <translation>Bereich</translation>
+  </message>
+  <message>
    <source>Angle of the light above the horizon</source>
    <translation>Winkel des Lichts über dem Horizont</translation>
   </message>
@@ -5404,6 +5412,10 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
   <message>
    <source>Radiance of the texel</source>
    <translation>Strahldichte des Texels</translation>
+  </message>
+  <message>
+   <source>Colour scale</source>
+   <translation>Farbskala</translation>
   </message>
   <message>
    <source>Appears after import.</source>
@@ -7040,6 +7052,10 @@ MIT-Lizenz.</translation>
   <message>
    <source>Nothing was measured on this scene yet.</source>
    <translation>An dieser Szene wurde noch nichts gemessen.</translation>
+  </message>
+  <message>
+   <source>Previous</source>
+   <translation>Zurück</translation>
   </message>
   <message>
    <source>Next</source>

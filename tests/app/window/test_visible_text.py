@@ -9,15 +9,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from PySide6.QtCore import QLocale, QTranslator
-from PySide6.QtWidgets import QApplication, QLabel
+from PySide6.QtCore import QLocale, Qt, QTranslator
+from PySide6.QtGui import QAccessible, QColor
+from PySide6.QtWidgets import QAbstractScrollArea, QApplication, QComboBox, QLabel, QTabBar, QWidget
 
-from app.widgets import language
+from app.widgets import accessible, language, theme
 from app.window.main_window import MainWindow
 from app.window.top_bar import WORKSPACES
 from benchmarks.app.faults import cut
 from tests.app.conftest import open_window
 from tests.app.visible_text import read
+from tests.app.window.test_keys_and_themes import contrast
 from tests.app.window.test_main_window import fill, is_quiet, wait
 from tests.test_words import OLD_IN_WINDOW, PROJECT
 
@@ -161,3 +163,42 @@ def test_no_german_words_are_cut_off(qapp: QApplication, qtbot: Any, monkeypatch
         for translator in qapp.findChildren(QTranslator):
             qapp.removeTranslator(translator)
         QLocale.setDefault(QLocale.system())
+
+
+def test_screen_readers_know_name_and_role_of_all_that_takes_keys_or_is_painted(whole: MainWindow) -> None:
+    accessible.install()
+    nameless = []
+    for widget in whole.findChildren(QWidget):
+        is_stated = getattr(widget, "accessible_role", None) is not None
+        takes_keys = bool(widget.focusPolicy() & Qt.FocusPolicy.TabFocus) and not isinstance(widget, QTabBar)
+        if not (is_stated or takes_keys) or isinstance(widget.parentWidget(), QComboBox | QAbstractScrollArea):
+            continue  # a part of another control
+        interface = QAccessible.queryAccessibleInterface(widget)
+        is_popup = widget.window() is not whole
+        if not is_popup and (
+            not interface.text(QAccessible.Text.Name)
+            or interface.role() in (QAccessible.Role.Client, QAccessible.Role.NoRole)
+        ):
+            nameless.append(f"{type(widget).__name__} in {type(widget.parentWidget()).__name__}")
+    assert "\n".join(sorted(nameless)) == ""
+
+
+@pytest.mark.parametrize("name", list(theme.THEMES))
+def test_text_and_focus_of_each_theme_can_be_told_from_what_is_behind_them(name: str) -> None:
+    """WCAG 2.1, level AA: 4.5 for text (what is disabled is exempt), 3 for the edge of what has the focus."""
+    colours = theme.THEMES[name]
+    pairs = [
+        (ink, behind) for ink in ("text", "secondary") for behind in ("window", "panel", "field", "hover", "canvas")
+    ]
+    pairs += [(ink, behind) for ink in ("accent", "good", "warning", "bad") for behind in ("window", "panel", "field")]
+    pairs += [("on_accent", "accent"), ("on_accent", "accent_hover")]
+    values = {pair: contrast(*(QColor(getattr(colours, use)) for use in pair)) for pair in pairs}
+    assert {pair: round(value, 2) for pair, value in values.items() if value < 4.5} == {}
+    for behind in ("window", "panel", "field"):
+        assert contrast(QColor(colours.accent), QColor(getattr(colours, behind))) >= 3.0
+
+
+def test_each_control_shows_the_focus() -> None:
+    sheet = theme._sheet()
+    controls = ("QPushButton", "QToolButton", "QLineEdit", "QComboBox", "QCheckBox", "QAbstractItemView")
+    assert [control for control in controls if f"{control}:focus" not in sheet] == []
