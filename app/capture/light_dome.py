@@ -13,7 +13,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from PySide6.QtCore import QEvent, QPointF, QSize, Qt, Signal
-from PySide6.QtGui import QAccessible, QColor, QHelpEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtGui import (
+    QAccessible,
+    QColor,
+    QHelpEvent,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPolygonF,
+)
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QToolTip, QVBoxLayout, QWidget
 
 from app.widgets import theme
@@ -86,6 +96,7 @@ class DomeImage(QWidget):
         self._lasso: list[QPointF] = []
         self.setMinimumSize(120, 120)
         self.setMouseTracking(True)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("Lamps above the sample")
 
     def sizeHint(self) -> QSize:
@@ -134,6 +145,16 @@ class DomeImage(QWidget):
             elif met is not None:
                 self.chosen.emit(met)
         self.update()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Choose the lamp before or after the current one by arrow keys; Space selects it or not."""
+        step = {int(Qt.Key.Key_Left): -1, int(Qt.Key.Key_Right): 1}.get(event.key())
+        if self.lamps and step is not None:
+            self.chosen.emit((0 if self.current is None else self.current + step) % len(self.lamps))
+        elif self.current is not None and event.key() == Qt.Key.Key_Space:
+            self.picked.emit(sorted(self.selection ^ {self.current}))
+        else:
+            super().keyPressEvent(event)
 
     def event(self, event: QEvent) -> bool:
         if isinstance(event, QHelpEvent):

@@ -16,6 +16,7 @@ Left-drag\trotate the model
 Middle-drag\tmove
 Wheel\tzoom
 Ctrl+left-drag\tmove the light, rotate the environment
+Arrow keys\trotate the model (Ctrl: move the light, rotate the environment); + and - zoom
 F\tframe the model, fit the image
 H, W, G\tbaked light: SH, wavelet, Gaussian
 Ctrl+Enter\tbake, or stop baking
@@ -37,6 +38,7 @@ Z\tloupe at 100 % (drag it or press arrow keys; the wheel, + and - magnify)
 M\tmark clipped texels
 Arrow keys\tmove the chosen point or reflection (Ctrl: finer, Shift: farther)
 Ins, Del\tadd, delete a point; Esc leaves
+Left, Right, Space\tprevious, next lamp of the dome, select it
 
 BRDFs
 Enter\tadd the chosen BRDF of the library

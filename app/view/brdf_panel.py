@@ -136,7 +136,7 @@ class LookupPanel(Rows):
                 ("slices", "Slices", "Sample the slices of the shading map"),
                 ("power-law", "Power law", "Sample the compressed pair, six numbers per texel"),
             ),
-            {"power-law": "Pow. law"},
+            {"power-law": "P. law"},
         )
         self.source.chosen.connect(lambda value: self._set("Show from", source=value))
         self.row("Source", self.source)

@@ -8,10 +8,10 @@ Two scenes that differ in how they are drawn share camera, light and screen; the
 from __future__ import annotations
 
 import dataclasses
-from math import degrees, pi
+from math import degrees, pi, radians
 
 from PySide6.QtCore import QPointF, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QAccessible, QMouseEvent, QResizeEvent, QWheelEvent
+from PySide6.QtGui import QAccessible, QKeyEvent, QMouseEvent, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
 
 from app.jobs.jobs import Jobs
@@ -32,6 +32,15 @@ from engine.render.display import Display
 from engine.scene.scene import Scene
 
 STILL_AFTER_MS = 180
+
+#: Steps to the right and upwards by key, in degrees, and the keys that zoom, with the factor of the distance.
+ARROWS = {
+    int(Qt.Key.Key_Left): (-5.0, 0.0),
+    int(Qt.Key.Key_Right): (5.0, 0.0),
+    int(Qt.Key.Key_Up): (0.0, 5.0),
+    int(Qt.Key.Key_Down): (0.0, -5.0),
+}
+ZOOMS = {int(Qt.Key.Key_Plus): 2.0**-0.2, int(Qt.Key.Key_Minus): 2.0**0.2}
 
 #: Pixels that the mouse may move between press and release of a click.
 CLICK_PX = 3
@@ -329,6 +338,22 @@ class Viewport(QWidget):
             self.light_moved.emit(theta_deg, phi_deg, final)
         else:
             self.lamp_moved.emit(lamp, theta_deg, phi_deg, final)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Do by keys what drags do: arrows rotate the model, with Ctrl the light or the environment; + and − zoom."""
+        right, up = ARROWS.get(event.key(), (0.0, 0.0))
+        if self.camera is None or not (right or up or event.key() in ZOOMS):
+            super().keyPressEvent(event)
+        elif event.key() in ZOOMS:
+            self._move(zoom(self.camera, ZOOMS[event.key()]))
+        elif not event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+            self.turn(-radians(right), -radians(up))
+        elif self._is_lit_by_one():
+            theta_deg, phi_deg = self.light_deg
+            theta_deg, phi_deg = min(180.0, max(0.0, theta_deg - up)), (phi_deg + right + 180.0) % 360.0 - 180.0
+            self._say_light(None, theta_deg, phi_deg, final=True)
+        elif self.scene is not None:
+            self._turn(self.scene.environment_rotation + radians(right), final=True)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         if self.camera is not None:

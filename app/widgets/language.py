@@ -79,11 +79,8 @@ SETTERS: dict[type, str] = {
     QFontMetricsF: "horizontalAdvance elidedText boundingRect",
 }
 
-#: The same where they belong to a class and not to an object.
-CLASS_SETTERS: dict[type, str] = {
-    QFileDialog: "getOpenFileName getOpenFileNames getSaveFileName getExistingDirectory",
-    QToolTip: "showText",
-}
+#: Functions that ask for a file, with a caption and a choice of kinds.
+FILE_DIALOGS = ("getOpenFileName", "getOpenFileNames", "getSaveFileName", "getExistingDirectory")
 
 #: Boundaries of the sentences and of the parts of a text, in the order in which they are tried.
 SENTENCES = (re.compile(r"(\n)"), re.compile(r"( · )"), re.compile(r"((?<=[.!?…]) )"))
@@ -263,9 +260,9 @@ def _replace_setters() -> None:
     for owner, names in SETTERS.items():
         for name in names.split():
             setattr(owner, name, _translating(getattr(owner, name)))
-    for owner, names in CLASS_SETTERS.items():
-        for name in names.split():
-            setattr(owner, name, staticmethod(_translating(getattr(owner, name))))
+    QToolTip.showText = staticmethod(_translating(QToolTip.showText))  # type: ignore[method-assign]
+    for name in FILE_DIALOGS:
+        setattr(QFileDialog, name, staticmethod(_asking(getattr(QFileDialog, name))))
 
 
 def _translating(setter: Callable[..., Any]) -> Callable[..., Any]:
@@ -284,3 +281,15 @@ def _translating(setter: Callable[..., Any]) -> Callable[..., Any]:
         return setter(*arguments, **more)
 
     return show
+
+
+def _asking(dialog: Callable[..., Any]) -> Callable[..., Any]:
+    """A dialog for files with its caption and kinds translated; the chosen kind comes back as it was given."""
+
+    @functools.wraps(dialog)
+    def ask(parent: QWidget, caption: str = "", folder: str = "", kinds: str = "", **more: Any) -> Any:
+        shown = dict(zip(translate(kinds).split(";;"), kinds.split(";;"), strict=True))
+        answer = dialog(parent, translate(caption), folder, *([";;".join(shown)] if kinds else []), **more)
+        return (answer[0], shown.get(answer[1], answer[1])) if isinstance(answer, tuple) else answer
+
+    return ask

@@ -3542,7 +3542,7 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
    <translation>Das komprimierte Paar abtasten, sechs Zahlen je Texel</translation>
   </message>
   <message>
-   <source>Pow. law</source>
+   <source>P. law</source>
    <translation>Potenz</translation>
   </message>
   <message>
@@ -6907,6 +6907,7 @@ Left-drag	rotate the model
 Middle-drag	move
 Wheel	zoom
 Ctrl+left-drag	move the light, rotate the environment
+Arrow keys	rotate the model (Ctrl: move the light, rotate the environment); + and - zoom
 F	frame the model, fit the image
 H, W, G	baked light: SH, wavelet, Gaussian
 Ctrl+Enter	bake, or stop baking
@@ -6928,6 +6929,7 @@ Z	loupe at 100 % (drag it or press arrow keys; the wheel, + and - magnify)
 M	mark clipped texels
 Arrow keys	move the chosen point or reflection (Ctrl: finer, Shift: farther)
 Ins, Del	add, delete a point; Esc leaves
+Left, Right, Space	previous, next lamp of the dome, select it
 
 BRDFs
 Enter	add the chosen BRDF of the library
@@ -6955,6 +6957,7 @@ Links ziehen	Modell drehen
 Mitte ziehen	verschieben
 Mausrad	zoomen
 Strg+links ziehen	Licht bewegen, Umgebung drehen
+Pfeiltasten	Modell drehen (Strg: Licht bewegen, Umgebung drehen); + und - zoomen
 F	Modell oder Bild einpassen
 H, W, G	vorberechnetes Licht: SH, Wavelet, Gauß
 Strg+Eingabe	vorberechnen oder die Vorberechnung beenden
@@ -6976,6 +6979,7 @@ Z	Lupe bei 100 % (ziehen oder Pfeiltasten; Mausrad, + und - vergrößern)
 M	übersteuerte Texel markieren
 Pfeiltasten	gewählten Punkt oder Spiegelbild bewegen (Strg: feiner, Umschalt: weiter)
 Einfg, Entf	Punkt hinzufügen, löschen; Esc verlässt die Ansicht
+Links, Rechts, Leertaste	vorherige, nächste Lampe der Kuppel, auswählen
 
 BRDFs
 Eingabe	gewählte BRDF der Bibliothek hinzufügen

@@ -12,7 +12,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog
 
-from app.capture.light_dome import DOT, Lamp, LightDome, dot_colour, lamps_of
+from app.capture.light_dome import DOT, DomeImage, Lamp, LightDome, dot_colour, lamps_of
 from app.widgets import theme
 from app.window.main_window import MainWindow
 from engine.capture.lights.light_file import read_lights
@@ -149,3 +149,17 @@ def test_without_lamps_nothing_can_be_done(qtbot: Any) -> None:
     empty.show_lamps((), None)
     assert not empty.only.isEnabled()
     assert not empty.every.isEnabled()
+
+
+def test_lamps_are_chosen_and_selected_by_keys(qtbot: Any) -> None:
+    image = DomeImage()
+    chosen: list[int] = []
+    picked: list[list[int]] = []
+    qtbot.addWidget(image)
+    image.chosen.connect(chosen.append)
+    image.picked.connect(picked.append)
+    image.lamps = tuple(Lamp(f"{number}.png", 45.0, 90.0 * number, None, False) for number in range(3))
+    image.current = 2
+    for key in (Qt.Key.Key_Right, Qt.Key.Key_Left, Qt.Key.Key_Space):
+        QTest.keyClick(image, key)
+    assert (chosen, picked) == ([0, 1], [[2]])

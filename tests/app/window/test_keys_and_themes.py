@@ -47,6 +47,12 @@ def test_keys_act_on_the_workspace_in_front_unless_a_text_field_has_the_focus(vi
     viewing.view.tone_map.setFocus()
     QTest.keyClick(viewing.view.tone_map, Qt.Key.Key_Tab)
     assert look().mode == "reference", "Tab leads on where nothing is compared"
+    viewport = viewing.view.viewport
+    camera, azimuth_deg = viewport.camera, look().light_phi_deg
+    QTest.keyClick(viewport, Qt.Key.Key_Right)
+    assert viewport.camera != camera, "arrow keys rotate the model"
+    QTest.keyClick(viewport, Qt.Key.Key_Right, Qt.KeyboardModifier.ControlModifier)
+    assert look().light_phi_deg == azimuth_deg + 5.0, "with Ctrl they move the light"
     viewing.show_workspace("capture")
     QTest.keyClick(viewing, Qt.Key.Key_D)
     assert look().mode == "reference"
