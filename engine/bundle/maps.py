@@ -13,10 +13,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import psutil
 from numpy.typing import NDArray
 
 from engine.bundle.manifest import CODES, ERROR, EXPONENT, KEPT, SCALE, SLICES
+from engine.core.budget import free_bytes
 from engine.core.errors import InputError
 from engine.core.figure_text import size_text
 from engine.images.encode import encode_png, rgb_channels
@@ -268,9 +268,9 @@ def _check_memory(archive: Archive, member: str, size_bytes: int) -> None:
     if size_bytes <= _READ_UNASKED_BYTES:
         return
 
-    free_bytes = psutil.virtual_memory().available
-    if size_bytes + archive.sizes.get(member, 0) > free_bytes:
-        needs = f"{member} needs {size_text(size_bytes)} of memory, and {size_text(free_bytes)} are free"
+    free = free_bytes()
+    if size_bytes + archive.sizes.get(member, 0) > free:
+        needs = f"{member} needs {size_text(size_bytes)} of memory, and {size_text(free)} are free"
         raise InputError(archive.path, needs, "Open it on a machine with more, or make the material smaller")
 
 

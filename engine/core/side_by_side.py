@@ -6,12 +6,12 @@ one thread for each piece (`engine.core.one_thread`). Sums over the results are 
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
+from engine.core.budget import thread_count
 from engine.core.one_thread import one_thread
 
 Piece = TypeVar("Piece")
@@ -27,7 +27,7 @@ def side_by_side(
     number there is a thread for each core. What a piece raises is raised in its place. Who does not ask for all
     results closes the generator (`contextlib.closing`), which waits for the pieces that have begun and drops the rest.
     """
-    workers = threads or os.cpu_count() or 1
+    workers = threads or thread_count()
     waiting: deque[Future[Result]] = deque()
     with one_thread():
         pool = ThreadPoolExecutor(workers)

@@ -19,13 +19,13 @@ depends on the number of threads.
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from engine.core.budget import thread_count
 from engine.core.errors import UsageError
 from engine.core.one_thread import one_thread
 from engine.core.steps import Result, Step, Steps
@@ -192,7 +192,7 @@ class _Search:
         asked = {index: next(each) for index, each in enumerate(searches)}
         found: dict[int, Minimum] = {}
         rounds, lowest, best = 0, float("inf"), None
-        pool = ThreadPoolExecutor(os.cpu_count() or 1)
+        pool = ThreadPoolExecutor(thread_count())
         try:
             while asked:
                 tried = [linear_of_pair(pair, self.settings.extent) for pair in asked.values()]

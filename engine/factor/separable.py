@@ -17,7 +17,6 @@ A search like Cole's pays where projections overlap, not where two of them must 
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass
@@ -28,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
+from engine.core.budget import thread_count
 from engine.core.errors import UsageError
 from engine.core.figure_text import number
 from engine.core.one_thread import one_thread
@@ -253,7 +253,7 @@ def _separate(
 
 def _run_all(work: Sequence[Callable[[], Result]], note: str) -> Steps[list[Result]]:
     """What all of `work` gives, on all CPUs."""
-    pool = ThreadPoolExecutor(os.cpu_count() or 1)
+    pool = ThreadPoolExecutor(thread_count())
     try:
         futures = [pool.submit(each) for each in work]
         while not all(future.done() for future in futures):

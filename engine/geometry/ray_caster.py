@@ -9,7 +9,6 @@ index is met whose front the ray meets, or the one of lowest index where there i
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from engine.core.budget import thread_count
 from engine.core.directions import dot
 from engine.core.kernels import scalar
 from engine.geometry.embree import embree_scene
@@ -183,7 +183,7 @@ def in_chunks(work: Callable[[slice], None], count: int, size: int = CHUNK) -> N
         for chunk in chunks:
             work(chunk)
         return
-    with ThreadPoolExecutor(min(len(chunks), os.cpu_count() or 1)) as pool:
+    with ThreadPoolExecutor(min(len(chunks), thread_count())) as pool:
         list(pool.map(work, chunks))
 
 

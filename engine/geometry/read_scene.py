@@ -20,8 +20,8 @@ from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
-import psutil
 
+from engine.core.budget import free_bytes
 from engine.core.errors import InputError
 from engine.geometry.mesh_text import off_counts, ply_counts
 from engine.storage.text import utf8
@@ -99,7 +99,7 @@ _HEAD_BYTES = 1 << 16
 
 def decoder_memory_bytes() -> int:
     """Address space that the decoder of a mesh gets: what is free, less a reserve, and never less than others get."""
-    return max(DECODER_MEMORY_BYTES, int(SHARE * psutil.virtual_memory().available))
+    return max(DECODER_MEMORY_BYTES, int(SHARE * free_bytes()))
 
 
 def check_memory(path: str | os.PathLike[str]) -> None:
@@ -107,12 +107,12 @@ def check_memory(path: str | os.PathLike[str]) -> None:
     head, size_bytes = read_head(path, _HEAD_BYTES)
     faces = estimate_faces(head, size_bytes, Path(path).suffix.lower().lstrip("."))
     needed_bytes = faces * FACE_BYTES + 2 * size_bytes
-    free_bytes = psutil.virtual_memory().available
-    if needed_bytes > SHARE * free_bytes:
+    free = free_bytes()
+    if needed_bytes > SHARE * free:
         raise InputError(
             path,
             f"has about {faces / 1e6:.2g} million triangles and needs about {needed_bytes / GIBIBYTE:.2g} GiB of "
-            f"memory, of which {free_bytes / GIBIBYTE:.2g} GiB are free",
+            f"memory, of which {free / GIBIBYTE:.2g} GiB are free",
             "Reduce it in a modelling program, or close other programs",
         )
 

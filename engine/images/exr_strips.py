@@ -10,7 +10,6 @@ Cost: some 60 MB/s on each core, and the memory of as many strips as there are c
 
 from __future__ import annotations
 
-import os
 import struct
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -21,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.budget import thread_count
 from engine.core.steps import Step, Steps
 from engine.images.encode import as_half, encode_exr
 from engine.images.exr import end_of_header
@@ -77,7 +77,7 @@ def write_exr_strips(planes: Planes, write: Callable[[bytes], object], note: str
     write(header + bytes(8 * len(starts)))
     place = len(header) + 8 * len(starts)
     places: list[int] = []
-    workers = os.cpu_count() or 1
+    workers = thread_count()
     pending: deque[Future[bytes]] = deque()
     pool = ThreadPoolExecutor(workers)
     try:

@@ -23,9 +23,9 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-import psutil
 from numpy.typing import NDArray
 
+from engine.core.budget import free_bytes
 from engine.core.errors import UsageError
 from engine.core.figure_text import size_text, time_text
 from engine.core.steps import Step, Steps, part
@@ -229,7 +229,7 @@ def _prepare(
 ) -> Steps[tuple[list[_Member], list[LeftOut]]]:
     members: list[_Member] = []
     left_out: list[LeftOut] = []
-    room = SHARE * psutil.virtual_memory().available
+    room = SHARE * free_bytes()
     for number, setting in enumerate(group):
         share = number / len(group), (number + 1) / len(group)
         try:

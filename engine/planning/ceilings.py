@@ -9,8 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf
 
-import psutil
-
+from engine.core.budget import free_bytes
 from engine.core.errors import UsageError
 from engine.planning.costs.cost_model import Cost
 
@@ -43,5 +42,5 @@ NONE = Ceilings(inf, inf, inf)
 
 def usual(*, memory_bytes: float | None = None, bake_s: float | None = None, frame_s: float | None = None) -> Ceilings:
     """The ceilings of this machine as it is now, with those that a user gives in their place."""
-    free = MEMORY_SHARE * psutil.virtual_memory().available if memory_bytes is None else memory_bytes
+    free = MEMORY_SHARE * free_bytes() if memory_bytes is None else memory_bytes
     return Ceilings(free, BAKE_S if bake_s is None else bake_s, FRAME_S if frame_s is None else frame_s)

@@ -14,7 +14,6 @@ lengths would not tell the variance; parts do, at the end of each round.
 
 from __future__ import annotations
 
-import os
 import time
 from collections import deque
 from collections.abc import Iterator
@@ -25,6 +24,7 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.budget import thread_count
 from engine.core.steps import Step, Steps
 from engine.render.path import Paths, Traced
 from engine.render.sobol import seed_state
@@ -112,7 +112,7 @@ def reference(
     if min(size) < 1:
         return progress.image()
     paths = Paths(scene, size, max_depth)
-    workers = threads or os.cpu_count() or 1
+    workers = threads or thread_count()
     waiting: deque[tuple[_Batch, Future[Traced]]] = deque()
     shown = time.monotonic()
     pool = ThreadPoolExecutor(workers)

@@ -10,13 +10,13 @@ Terms shared by several models: a power of a cosine near 1, a stable half vector
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from engine.core.budget import thread_count
 from engine.core.directions import Vectors
 from engine.core.params import Colour
 
@@ -60,7 +60,7 @@ def evaluate(formula: Callable[[Floats, Floats], Floats], wi: ArrayLike, wo: Arr
         for start in starts:
             fill(start)
     else:
-        with ThreadPoolExecutor(min(len(starts), os.cpu_count() or 1)) as pool:
+        with ThreadPoolExecutor(min(len(starts), thread_count())) as pool:
             list(pool.map(fill, starts))
     return result.reshape(shape)
 

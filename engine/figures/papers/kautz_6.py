@@ -15,11 +15,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import psutil
 from numpy.typing import NDArray
 
 from engine.accuracy.compare import ErrorEstimate
 from engine.brdf.brdf import brdf_from_text
+from engine.core.budget import free_bytes
 from engine.core.errors import UsageError
 from engine.core.figure_text import size_text
 from engine.core.one_thread import one_thread
@@ -140,7 +140,7 @@ def kautz_6(settings: Settings) -> Steps[Figure]:
 def _check_memory(mesh: Mesh, columns: list[Column]) -> None:
     """UsageError where the light at all vertices takes more memory than there is."""
     needed = len(mesh.positions) * sum(light.size for *_, light in columns) * 4
-    if needed > SHARE * psutil.virtual_memory().available:
+    if needed > SHARE * free_bytes():
         raise UsageError(
             f"the light at {len(mesh.positions):,} vertices needs {size_text(needed)} of memory, more than is free"
         )

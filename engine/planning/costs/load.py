@@ -7,13 +7,13 @@ Rays are dearer on a mesh of more triangles, those of a cube map, which are alik
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.budget import thread_count
 from engine.geometry.camera import Camera
 from engine.geometry.ray_caster import RayCaster, offset_origins
 from engine.transport.baking import visibility_kernel
@@ -167,7 +167,7 @@ def _grid(camera: Camera, aspect: float) -> tuple[NDArray[np.float64], NDArray[n
 
 
 def threads() -> int:
-    return os.cpu_count() or 1
+    return thread_count()
 
 
 def spread(vertices: NDArray[np.int64], count: int) -> NDArray[np.int64]:

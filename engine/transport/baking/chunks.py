@@ -13,7 +13,6 @@ The time of a bake is estimated from some vertices of the model and of the groun
 from __future__ import annotations
 
 import importlib
-import os
 import re
 import threading
 import time
@@ -27,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import engine
+from engine.core.budget import thread_count
 from engine.core.errors import InputError, MissingCapability, UsageError
 from engine.core.steps import Step, Steps, time_left
 
@@ -233,7 +233,7 @@ def estimate_s(make: Callable[[NDArray[np.int64]], object], vertices: int, first
     `make` bakes vertices, all of one kind; what all vertices share is made before. Threads take `portion` vertices at a
     time. Compiling and first touches are not counted. Costs about a hundredth of a bake of many vertices.
     """
-    threads = os.cpu_count() or 1
+    threads = thread_count()
     kinds = (
         (np.arange(first), max(PROBES, PORTIONS * threads * portion)),
         (np.arange(first, vertices), max(GROUND_PROBES, GROUND_PORTIONS * threads * portion)),

@@ -18,7 +18,6 @@ cast for each direction that reflects anything, which takes another 1.5 ms.
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -33,6 +32,7 @@ from numpy.typing import ArrayLike, NDArray
 from engine.brdf.brdf import MODELS, Brdf
 from engine.brdf.models.sampling import sampler_of
 from engine.brdf.models.sampling_lobes import CosineLobe, Mixture, Sampler
+from engine.core.budget import thread_count
 from engine.core.cached import cached_property
 from engine.core.directions import Vectors, surface_direction
 from engine.geometry.ground import Ground, with_ground
@@ -355,7 +355,7 @@ def on_threads(work: Callable[[int], Result], vertices: Indices) -> list[Result]
     """`work` for each of `vertices`, in their order, on as many threads as there are cores."""
     if len(vertices) < 2:
         return [work(int(vertex)) for vertex in vertices]
-    with ThreadPoolExecutor(min(len(vertices), os.cpu_count() or 1)) as pool:
+    with ThreadPoolExecutor(min(len(vertices), thread_count())) as pool:
         return list(pool.map(work, vertices.tolist()))
 
 

@@ -154,7 +154,7 @@ def test_Q16_the_number_of_threads_changes_nothing(monkeypatch: pytest.MonkeyPat
     settings = replace(QUICK, fixed=(), restarts=2, terms=1)
     results = []
     for threads in (1, 3):
-        monkeypatch.setattr("engine.factor.projection_search.os.cpu_count", lambda threads=threads: threads)
+        monkeypatch.setattr("os.cpu_count", lambda threads=threads: threads)
         results.append(drain(search(blue_paint(500), settings)))
     assert same_bits(*results)
 

@@ -7,7 +7,7 @@ import json
 import struct
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import psutil
@@ -18,7 +18,6 @@ from hypothesis import strategies as st
 
 from engine.core.errors import InputError
 from engine.exchange.readers.read import open_material
-from engine.geometry import read_scene
 from engine.geometry.mesh import INSTEAD, Mesh, decode_mesh, read_mesh
 from engine.geometry.polygons import Polygons, triangulate
 from engine.geometry.read_scene import check_memory, estimate_faces
@@ -593,7 +592,7 @@ def test_V9_fault16_a_mesh_that_does_not_fit_is_refused_before_it_is_read(
         file.write(bytes(80) + struct.pack("<I", 10_000_000))
         file.truncate(84 + 500_000_000)
     memory = psutil.virtual_memory()._replace(available=4 << 30)
-    monkeypatch.setattr(cast(Any, read_scene).psutil, "virtual_memory", lambda: memory)
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: memory)
     monkeypatch.setattr("engine.geometry.mesh.decode_in_child", lambda *_, **__: pytest.fail("it was read"))
     with pytest.raises(InputError, match=r"about 10 million triangles .* GiB .* 4 GiB are free"):
         read_mesh(path)

@@ -1,0 +1,109 @@
+"""The threads and the memory that this process may take: those of the machine, or fewer where a user asks for it.
+
+Every pool of threads, and every decision by the memory that is free, asks here. Threads of compiled kernels and of
+linear algebra follow variables that their libraries read when they are loaded, so `limit_threads` comes before;
+where they are loaded already they are told as well.
+
+What `limit_memory` bounds on Linux is the private memory of this process that can be written to (RLIMIT_DATA):
+arrays, libraries and stacks, whether they have been touched or not. Beyond it an allocation fails. Files that are
+mapped, and decoder processes, which have limits of their own (`engine.storage.untrusted`), are not part of it. On other
+systems there is no such limit, and only decisions follow.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import psutil
+
+from engine.core.errors import UsageError
+from engine.core.figure_text import size_text
+
+#: Variables by which libraries learn of their number of threads: OpenMP, algebra, kernels, and Mesa's CPU renderer.
+VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "LP_NUM_THREADS")
+
+#: Memory beyond that of libraries without which no work gets far.
+ROOM_BYTES = 256 << 20
+
+_threads: int | None = None
+_memory_bytes: int | None = None
+
+
+def thread_count() -> int:
+    """Threads that a pool may have."""
+    return _threads or os.cpu_count() or 1
+
+
+@contextmanager
+def limit_threads(count: int) -> Iterator[None]:
+    """Within the block this process, and those that it starts, compute on `count` threads, and no more than CPUs."""
+    global _threads
+    count = min(count, os.cpu_count() or 1)
+    before, variables = _threads, {name: os.environ.get(name) for name in VARIABLES}
+    _threads = count
+    os.environ.update(dict.fromkeys(VARIABLES, str(count)))
+    try:
+        with _limit_libraries(count):
+            yield
+    finally:
+        _threads = before
+        for name, value in variables.items():
+            os.environ.pop(name)
+            os.environ.update({} if value is None else {name: value})
+
+
+@contextmanager
+def _limit_libraries(count: int) -> Iterator[None]:
+    """Tell those libraries that are loaded already."""
+    if "numpy" not in sys.modules:
+        yield
+        return
+    from threadpoolctl import threadpool_limits  # it looks through all libraries that are loaded
+
+    numba = sys.modules.get("numba")
+    kernels = numba.get_num_threads() if numba is not None else 0
+    with threadpool_limits(count):
+        if numba is not None:
+            numba.set_num_threads(min(count, numba.config.NUMBA_NUM_THREADS))
+        yield
+        if numba is not None:
+            numba.set_num_threads(kernels)
+
+
+def free_bytes() -> int:
+    """Bytes of memory that this process may still take."""
+    free = int(psutil.virtual_memory().available)
+    return free if _memory_bytes is None else max(0, min(free, _memory_bytes - _bytes_now()))
+
+
+@contextmanager
+def limit_memory(memory_bytes: int) -> Iterator[None]:
+    """Within the block this process has at most `memory_bytes`; UsageError where it has little less already."""
+    global _memory_bytes
+    least = _bytes_now() + ROOM_BYTES
+    if memory_bytes < least:
+        raise UsageError(f"{size_text(memory_bytes)} of memory are too little; {size_text(least)} are the least")
+    before, _memory_bytes = _memory_bytes, memory_bytes
+    try:
+        if sys.platform != "linux":
+            yield
+            return
+        import resource  # of Unix alone
+
+        soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
+        resource.setrlimit(resource.RLIMIT_DATA, (memory_bytes, hard))
+        try:
+            yield
+        finally:
+            resource.setrlimit(resource.RLIMIT_DATA, (soft, hard))
+    finally:
+        _memory_bytes = before
+
+
+def _bytes_now() -> int:
+    """Memory of this process as the limit counts it on Linux, and resident memory elsewhere."""
+    used = psutil.Process().memory_info()
+    return int(used.data if sys.platform == "linux" else used.rss)

@@ -1,0 +1,39 @@
+"""Threads and memory that a user allows."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import numba
+import numpy as np
+import psutil
+import pytest
+from threadpoolctl import threadpool_info
+
+from engine.core import budget
+from engine.core.errors import UsageError
+
+
+def test_threads_of_pools_and_libraries_are_limited_within_the_block(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "cpu_count", lambda: 6)
+    before = dict(os.environ), budget.thread_count(), numba.get_num_threads()
+    with budget.limit_threads(1):
+        assert budget.thread_count() == numba.get_num_threads() == 1
+        assert {each["num_threads"] for each in threadpool_info()} == {1}
+        assert {os.environ[name] for name in budget.VARIABLES} == {"1"}
+    assert (dict(os.environ), budget.thread_count(), numba.get_num_threads()) == before
+    with budget.limit_threads(64):
+        assert budget.thread_count() == 6
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such limit")
+def test_memory_beyond_the_limit_is_not_given() -> None:
+    limit = psutil.Process().memory_info().data + (400 << 20)
+    with budget.limit_memory(limit):
+        assert budget.free_bytes() <= 400 << 20
+        with pytest.raises(MemoryError):
+            np.ones(1 << 27)
+    assert budget.free_bytes() > 400 << 20 or psutil.virtual_memory().available < 500 << 20
+    with pytest.raises(UsageError, match="are the least"), budget.limit_memory(1 << 20):
+        pass
