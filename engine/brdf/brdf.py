@@ -17,6 +17,7 @@ from engine.brdf.models.presets import find_preset, text_of_preset
 from engine.core import plugins, shader_files
 from engine.core.errors import UsageError
 from engine.core.params import parameters, parse, unparse
+from engine.core.suggestion import suggest
 
 #: The analytic models by the name that the command line, the window, shaders and saved files use; `register` adds one.
 MODELS: dict[str, type[Model]] = {}
@@ -83,7 +84,7 @@ def brdf_from_text(text: str) -> Brdf:
     """
     name, _, values = text.strip().partition(":")
     if name not in MODELS:
-        raise UsageError(f"unknown BRDF {name[:40]!r}; choose from {', '.join(MODELS)}")
+        raise UsageError(f"unknown BRDF {name[:40]!r}{suggest(name, MODELS)}; choose from {', '.join(MODELS)}")
     given = [piece.partition("=")[0].strip() for piece in values.split(",")]
     if "preset" in given:
         if len(given) > 1:

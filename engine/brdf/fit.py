@@ -41,6 +41,7 @@ from engine.core.directions import Vectors, normalize, surface_direction
 from engine.core.errors import UsageError
 from engine.core.params import Parameter, parameters
 from engine.core.steps import Step, Steps, part
+from engine.core.suggestion import suggest
 from engine.core.summary import Summary
 from engine.light.sky import softboxes, studio
 
@@ -436,7 +437,8 @@ def fit(
     names = [parameter.name for parameter in parameters(start)]
     unknown = [name for name in fixed if name not in names]
     if unknown:
-        raise UsageError(f"unknown parameter {unknown[0]!r}; choose from {', '.join(names)}")
+        meant = suggest(unknown[0], names)
+        raise UsageError(f"unknown parameter {unknown[0]!r}{meant}; choose from {', '.join(names)}")
     free = tuple(each for each in parameters(start) if each.fitted and each.name not in fixed)
     if not free:
         raise UsageError("all parameters are fixed, so that nothing is left to fit")

@@ -17,6 +17,7 @@ from functools import cache
 from typing import Any, Literal, TypeVar, cast
 
 from engine.core.errors import UsageError
+from engine.core.suggestion import suggest
 
 Instance = TypeVar("Instance")
 
@@ -259,8 +260,11 @@ def parse(of: type[Instance], text: str) -> Instance:
     values: dict[str, str | float | tuple[float, ...]] = {}
     for item in filter(None, (piece.strip() for piece in text.split(","))):
         name, equals, number = (piece.strip() for piece in item.partition("="))
+        if not equals and name in declared:
+            raise UsageError(f"{name} needs a value, as {name}={declared[name].default}")
         if not equals or name not in declared:
-            raise UsageError(f"unknown parameter {name[:40]!r}; choose from {', '.join(declared)}")
+            meant = suggest(name, declared)
+            raise UsageError(f"unknown parameter {name[:40]!r}{meant}; choose from {', '.join(declared)}")
         if name in values:
             raise UsageError(f"{name} is given twice")
         if declared[name].kind == "choice":

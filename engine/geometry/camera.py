@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.core.directions import Vectors, dot, normalize, world_direction
 from engine.core.errors import UsageError
+from engine.core.suggestion import suggest
 
 Vector = tuple[float, float, float]
 
@@ -23,6 +24,8 @@ FRAMING_DIRECTION = world_direction(np.radians(72.0), np.radians(20.0))
 #: Radii of an object beyond which an eye does not go: from there it covers 2e-9 rad, less than a pixel of any image,
 #: and the near and far planes still differ in double precision and fit into single precision.
 FARTHEST = 1e9
+
+_SETTINGS = ("eye", "target", "up", "fov_deg")
 
 #: Largest coordinate of `eye`, `target` and `up`: products of three of them are finite.
 LARGEST = 1e100
@@ -132,8 +135,9 @@ def parse(text: str, default: Camera) -> Camera:
     values: dict[str, tuple[float, ...] | float] = {}
     for item in text.split():
         name, equals, numbers = item.partition("=")
-        if not equals or name not in ("eye", "target", "up", "fov_deg"):
-            raise UsageError(f"unknown camera setting {item[:40]!r}; choose from eye, target, up and fov_deg")
+        if not equals or name not in _SETTINGS:
+            meant = suggest(name, _SETTINGS)
+            raise UsageError(f"unknown camera setting {item[:40]!r}{meant}; choose from {', '.join(_SETTINGS)}")
         try:
             parsed = tuple(float(number) for number in numbers.split(","))
         except ValueError:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from engine.core.directions import normalize
 from engine.core.errors import InputError
+from engine.core.suggestion import suggest
 from engine.geometry.camera import FRAMING_DIRECTION, Camera, frame
 from engine.geometry.mesh import Mesh, read_mesh
 from engine.geometry.orientation import Orientation
@@ -268,5 +269,6 @@ def open_mesh(name_or_path: str, orientation: Orientation = "auto") -> Mesh:
     if name_or_path in SHAPES:
         return shape(name_or_path).flipped() if orientation == "flip" else shape(name_or_path)
     if not Path(name_or_path).suffix and not Path(name_or_path).exists():
-        raise InputError(name_or_path, "is neither a built-in model nor a file", f"Give a file or {', '.join(SHAPES)}")
+        problem = f"is neither a built-in model nor a file{suggest(name_or_path, SHAPES)}"
+        raise InputError(name_or_path, problem, f"Give a file or {', '.join(SHAPES)}")
     return read_mesh(name_or_path, orientation)

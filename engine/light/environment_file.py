@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 
 from engine.core.errors import InputError
 from engine.core.health import Finding, Health, Verdict
+from engine.core.suggestion import suggest
 from engine.images.decode import Image, read_image, refuse_larger
 from engine.light.cube_map import CubeMap, environment_of, texels_beside
 from engine.light.environment import EnvironmentMap
@@ -163,8 +164,8 @@ def open_environment(name: str | os.PathLike[str]) -> EnvironmentMap:
     if form in FORMS and not Path(name).exists():
         return read_environment(file, form)
     if not Path(name).exists() and "." not in Path(name).name:
-        known = ", ".join(SKIES)
-        raise InputError(name, "is neither a file nor a built-in environment", f"The built-in ones are {known}")
+        known, meant = ", ".join(SKIES), suggest(os.fspath(name), SKIES)
+        raise InputError(name, f"is neither a file nor a built-in environment{meant}", f"The built-in ones are {known}")
     return read_environment(name)
 
 

@@ -24,6 +24,7 @@ from engine.core.cached import remember
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, size_text
 from engine.core.steps import Step, Steps, drain, part
+from engine.core.suggestion import suggest
 from engine.core.summary import Summary
 from engine.geometry.backs import with_backs
 from engine.geometry.camera import Camera
@@ -329,7 +330,7 @@ def check_effects(force: Collection[str], skip: Collection[str]) -> None:
     """UsageError for names that are not effects, and for one that is in both."""
     for name in (*force, *skip):
         if name not in EFFECTS:
-            raise UsageError(f"unknown effect {name!r}; choose from {', '.join(EFFECTS)}")
+            raise UsageError(f"unknown effect {name!r}{suggest(name, EFFECTS)}; choose from {', '.join(EFFECTS)}")
     both = sorted(set(force) & set(skip))
     if both:
         raise UsageError(f"{both[0]} cannot be forced and skipped at once")

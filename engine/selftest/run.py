@@ -7,6 +7,7 @@ import warnings
 
 from engine.core.errors import FileError, MissingCapability, UsageError, shortage
 from engine.core.steps import Step, Steps
+from engine.core.suggestion import suggest
 from engine.selftest import brdf as selftest_brdf
 from engine.selftest import confinement, files, images, light
 from engine.selftest.case import Case, Question, group_of
@@ -43,7 +44,7 @@ def selftest(only: tuple[str, ...] = ()) -> Steps[tuple[Case, ...]]:
     known = {question.id for question in QUESTIONS} | {group_of(question.id) for question in QUESTIONS}
     for name in only:
         if name not in known:
-            raise UsageError(f"unknown case {name!r}; choose from {', '.join(sorted(known))}")
+            raise UsageError(f"unknown case {name!r}{suggest(name, known)}; choose from {', '.join(sorted(known))}")
     chosen = [each for each in QUESTIONS if not only or each.id in only or group_of(each.id) in only]
     cases: list[Case] = []
     for number, question in enumerate(chosen):

@@ -19,6 +19,7 @@ from engine.brdf.samples import BrdfSamples
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Health
 from engine.core.steps import Step, Steps, drain, part
+from engine.core.suggestion import suggest
 from engine.storage.readers import find_reader, load, readers
 from engine.storage.untrusted import read_head
 
@@ -148,7 +149,8 @@ def open_brdf(text: str) -> Brdf:
         return brdf_from_text(stripped)
     if os.sep in stripped or "/" in stripped or Path(stripped).suffix[1:].isalpha():
         raise InputError(stripped, "does not exist", f"Name a file, or a model: {', '.join(MODELS)}")
-    raise UsageError(f"{stripped!r} is neither a file nor a BRDF model; models are {', '.join(MODELS)}")
+    meant = suggest(stripped, MODELS)
+    raise UsageError(f"{stripped!r} is neither a file nor a BRDF model{meant}; models are {', '.join(MODELS)}")
 
 
 def _exists(text: str) -> bool:

@@ -26,4 +26,4 @@ def test_an_option_given_twice_is_refused(words: str, option: str, lightarc: Com
 
 def test_options_that_collect_values_may_repeat(lightarc: Command) -> None:
     words = "plan sphere --brdf lambert --skip shadows --skip interreflection --error nothing"
-    assert "argument --error: invalid float" in lightarc(*words.split()).err
+    assert "argument --error: 'nothing' is not a share" in lightarc(*words.split()).err
