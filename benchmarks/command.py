@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import SOAK_LOG, Input, Output
-from engine.core.errors import MissingCapability
+from engine.core.errors import FileError, MissingCapability, UsageError
 from engine.core.figure_text import number, time_text
 from engine.core.steps import Step, drain
 from engine.transport import method as transport
@@ -195,7 +195,7 @@ OPTIONS = {
     "tradeoff-choices": ("scenes", "seed"),
     "predictions": ("scenes", "seed", "data", "modes"),
     "bake-checks": ("scenes", "seed", "data", "modes"),
-    "window-soak": ("runs", "run_s", "at_once", "seed", "log"),
+    "window-soak": ("runs", "run_s", "at_once", "seed", "record"),
     "cancel": ("runs", "seed"),
     "large-memory": ("megapixels", "photographs"),
     "surface-sigma": ("scenes", "seed"),
@@ -261,7 +261,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--photographs", type=int, metavar="N", help="photographs of large-memory; more than 10 are of a dome (10)"
     )
     parser.add_argument(
-        "--log",
+        "--record",
         type=Output(SOAK_LOG, Path),
         metavar="FOLDER",
         help="folder for the record of each run of window-soak",
@@ -271,16 +271,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     chosen = arguments.only or [name for name in (*MEASURES, *ACCURACIES) if arguments.large or name not in LARGE]
     measures, warnings = [], []
-    for index, name in enumerate(name for name in chosen if name in MEASURES):
+    accuracies: list[dict[str, Any]] = []
+    for index, name in enumerate(chosen):
         show(Step(index / len(chosen), f"measuring {name}"))
         try:
-            measures.append(_record(_measure(name)))
-        except MissingCapability as missing:
+            if name in MEASURES:
+                measures.append(_record(_measure(name)))
+            else:
+                accuracies += _accuracies(name, show, arguments)
+        except (MissingCapability, UsageError, FileError, ModuleNotFoundError) as missing:
             if arguments.only:
                 raise
-            warnings.append(f"{name} was left out. {missing}")
-    names = [name for name in chosen if name in ACCURACIES]
-    accuracies = [record for name in names for record in _accuracies(name, show, arguments)]
+            warnings.append(f"{name} was left out: {missing}")
     warnings += [
         f"{each['name']}: {number(each['error'])} is above its bound of {number(each['bound'])}"
         for each in accuracies

@@ -88,14 +88,14 @@ def window_soak(
     runs: int = RUNS,
     run_s: float = RUN_S,
     seed: int = 1,
-    log: Path | None = None,
+    record: Path | None = None,
     at_once: int = AT_ONCE,
 ) -> Steps[list[Accuracy]]:
     """Run the window `runs` times for `run_s` seconds each and count deaths and faults; seeds count up from `seed`.
 
-    Each run leaves a line of JSON in `soak.jsonl` in `log` (`folder` without it).
+    Each run leaves a line of JSON in `soak.jsonl` in `record` (`folder` without it).
     """
-    folder = make_folder(log or folder)
+    folder = make_folder(record or folder)
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
         raise MissingCapability("There is no display to open windows on", "Set DISPLAY, for instance with xvfb-run")
     from PySide6.QtCore import qVersion

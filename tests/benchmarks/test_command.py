@@ -74,7 +74,7 @@ def test_what_the_machine_lacks_is_left_out_unless_asked_for(
     assert all_of_them.code == 0
     result = json.loads(all_of_them.out)
     (left_out,) = result.pop("warnings")
-    assert left_out.startswith("window-start was left out. There is no display")
+    assert left_out.startswith("window-start was left out: There is no display")
     assert result == {"measures": [], "accuracies": []}
 
 
