@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 import psutil
 
+from app.arguments.quantities import Degrees
 from app.arguments.results import CHART, LENS, LIGHTS, STACK, Input, Output
 from app.session.settings import close_session, open_session
 from engine.capture.calibration.separation import gain_text
@@ -53,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--angles-deg",
-        type=_numbers,
+        type=Degrees(0, "10,20,30"),
         metavar="A,B,…",
         help="elevations of the light in degrees, one per photograph in the order of the file names; "
         "without it they come from capture.toml, an .lp file or the file names",
@@ -305,6 +306,8 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
     """Import what `arguments` say; archives are unpacked in the folder `scratch`."""
     start = time.perf_counter()
     memory = _Memory(show)
+    if arguments.no_align and arguments.motion != "auto":
+        raise UsageError("--motion is of an alignment, which --no-align leaves out: choose one")
     if arguments.write_chart is not None and arguments.chart is None:
         raise UsageError("--write-chart needs --chart, by which colours are corrected")
     if arguments.write_lens is not None and arguments.lens is None:

@@ -85,11 +85,13 @@ def test_a_plan_offers_it_and_its_bake_follows(lightarc: Command, mesh: Path, tm
     scene = (mesh, "--brdf", "lambert:albedo=0.5", "--env", "studio")
     exact = result(lightarc("plan", *scene, "--error", "0.05", "--json"))
     assert exact["mode"] != NAME
-    rough = result(lightarc("plan", *scene, "--error", "9", "--json"))  # errors of 40 % are certain to a factor of 10
+    rough = result(
+        lightarc("plan", *scene, "--error", "900%", "--json")
+    )  # errors of 40 % are certain to a factor of 10
     assert (rough["mode"], rough["knobs"]["rays"]) == (NAME, 4)
     assert rough["predicted_error_rel"] >= 0.4
     output = tmp_path / "a.transport"
-    made = result(lightarc("bake", *scene, "--mode", "auto", "--error", "9", "-o", output, "--json"))
+    made = result(lightarc("bake", *scene, "--mode", "auto", "--error", "900%", "-o", output, "--json"))
     assert made["knobs"]["chosen"] == NAME
     assert result(lightarc("render", output, "-o", tmp_path / "a.exr", "--json"))["mode"] == NAME
 

@@ -14,6 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.arguments.quantities import share
 from app.arguments.results import Input, Output, image_by, material_at, software
 from app.cli.import_ import azimuth_range
 from app.cli.shading import arcs, comparison
@@ -250,7 +251,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     compression.add_argument(
         "--max-error",
-        type=float,
+        type=share,
         metavar="E",
         help="keep the slices of every tile of 16 x 16 texels in which the error of a texel (root mean square over "
         "slices and channels) reaches E times r_max; 0 keeps all",
