@@ -4,6 +4,8 @@ One JSON object on standard output with `--json` and nothing else there; progres
 Exit codes: 0 done, 2 wrong usage, 3 bad input or output, 4 cancelled, 5 a needed capability is missing,
 6 memory, threads or processes ran out.
 
+A word that is no verb but the name of a file opens the window with it, and `help VERB` is `VERB -h`.
+
 Only the verb that is asked for is imported, with the libraries that it computes with: the help of all verbs takes
 0.2 s, numerical libraries and decoders would take 1.0 s more.
 """
@@ -15,21 +17,27 @@ import importlib
 import io
 import json
 import logging
+import os
 import re
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import nullcontext
 from typing import TextIO, cast
 
 import engine
+from app.arguments.common import Log, add_common, find_threads, limits
 from app.arguments.once import OnceParser
-from app.arguments.results import add_overwrite, check_results
+from app.arguments.results import check_results
 from app.arguments.usage import BAD_FILE, CANCELLED, DONE, MISSING, OUT_OF_MEMORY, WRONG_USAGE
 from app.process import ending, last_words
+from engine.core.budget import limit_threads
 from engine.core.errors import FileError, MissingCapability, OutOfMemory, UsageError, file_failure, shortage
 from engine.core.escape import escape_controls
+from engine.core.figure_text import size_text
 from engine.core.steps import Step
 from engine.storage import guarded
+from engine.storage.outputs import Written, find_written, identify, make_folders
 
 #: Verb, module and help, in the order in which users meet them.
 VERBS = (
@@ -99,11 +107,33 @@ VERBS = (
         "app.cli.selftest",
         "Check the numerics of this machine: hard cases of every part, each measured beside its bound.",
     ),
+    (
+        "desktop-install",
+        "app.cli.desktop_install",
+        "Add Lightarc to the menu of a Linux desktop: entry, icon, kinds of files, previews, man page.",
+    ),
+    ("completion", "app.cli.completion", "Write the script by which bash, zsh or fish completes verbs and options."),
     ("bench", "app.cli.bench", "Deprecated: run the benchmarks of a checkout of the source code."),
 )
 
+#: Words that users of other programs type for a verb, each with what does it here.
+OTHER_WORDS = {
+    **dict.fromkeys(("open", "view", "show", "start"), "gui"),
+    **{"convert": "export", "material": "shade", "fit": "brdf fit", "list": "brdf list", "measure": "tradeoff"},
+    **{
+        "align": "import",
+        "capture": "simulate",
+        "version": "--version",
+        "test": "selftest",
+        "film": "render --turntable",
+    },
+}
+
 #: Warnings that are printed; photographs may have some each.
 MAX_WARNINGS = 8
+
+#: Options of a verb from which on its usage shows only those that must be given.
+_FEW_OPTIONS = 12
 
 EXIT_CODES = (
     "exit codes: 0 done, 2 wrong usage, 3 a file that cannot be used, 4 cancelled, 5 something is missing from the "
@@ -112,14 +142,23 @@ EXIT_CODES = (
 
 
 class Progress:
-    """Shows steps on one line of a terminal, or a line every five seconds where there is none."""
+    """Shows steps on one line of a terminal, or a line every five seconds where there is none.
 
-    def __init__(self, stream: TextIO) -> None:
-        self.stream = stream
-        self.interactive = stream.isatty()
+    Each new note of a step goes into the `log`; a `quiet` one shows nothing.
+    """
+
+    def __init__(self, stream: TextIO, log: Log, *, quiet: bool) -> None:
+        self.stream, self.log, self.quiet = stream, log, quiet
+        self.interactive = stream.isatty() and not quiet
         self.shown = 0.0 if self.interactive else time.monotonic()
+        self.note = ""
 
     def __call__(self, step: Step) -> None:
+        if step.note != self.note:
+            self.note = step.note
+            self.log.write(f"{100 * step.done:3.0f} %  {step.note}")
+        if self.quiet:
+            return
         now = time.monotonic()
         if now - self.shown < (0.1 if self.interactive else 5.0):
             return
@@ -149,32 +188,82 @@ def build_parser(only: str | None = None) -> OnceParser:
         module = importlib.import_module(module_name)
         verb.epilog = f"example: {module.EXAMPLE}"
         module.add_arguments(verb)
-        add_overwrite(verb)
-        verb.add_argument("--json", action="store_true", help="print one JSON object on standard output")
-        verb.set_defaults(module=module)
+        verb.usage = _shorten_usage(verb)
+        verb.set_defaults(module=module, build_parser=build_parser)
+    add_common(parser)
     return parser
+
+
+def _shorten_usage(parser: argparse.ArgumentParser) -> str | None:
+    """The usage of a parser of many options: what must be given; None for few, which are all shown."""
+    if len(parser._actions) < _FEW_OPTIONS:
+        return None
+    needed = [action for action in parser._actions if action.required or not action.option_strings]
+    shown = parser._get_formatter()
+    shown.add_usage(None, needed, [], "")
+    return f"{' '.join(shown.format_help().split())} [OPTION …]"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one verb (the window without one) and return the exit code."""
-    words = _join(list(sys.argv[1:] if arguments is None else arguments)) or ["gui"]
+    words = _understand(_join(list(sys.argv[1:] if arguments is None else arguments)))
     for stream in (sys.stdout, sys.stderr):
         # File names may hold bytes that no encoding knows.
         cast("io.TextIOWrapper", stream).reconfigure(errors="backslashreplace")
-    parser = build_parser(words[0])
-    options = parser.parse_args(words)
-    logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(message)s")
-    last_words.leave_last_words(str(OutOfMemory("There is not enough memory or no further thread")), OUT_OF_MEMORY)
-    with ending.during(ending.FINISH):
-        return _run(parser, options)
+    threads = find_threads(words)
+    with limit_threads(threads) if threads else nullcontext():
+        parser = build_parser(_verb_in(words))
+        options = parser.parse_args(words)
+        logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(message)s")
+        last_words.leave_last_words(str(OutOfMemory("There is not enough memory or no further thread")), OUT_OF_MEMORY)
+        with ending.during(ending.FINISH):
+            return _run(parser, options, words)
 
 
-def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
-    progress = Progress(sys.stderr)
+def _understand(words: list[str]) -> list[str]:
+    """`words` with the verb that is left out: the window for nothing and for names of files, help for `help VERB`."""
+    if not words:
+        return ["gui"]
+    if words[0] == "help":
+        return [*words[1:2], "-h"]
+    if words[0] in OTHER_WORDS:
+        raise SystemExit(_refuse_other(words[0]))
+    if not _verb_in(words[:1]) and not words[0].startswith("-") and os.path.lexists(words[0]):
+        return ["gui", *words]
+    return words
+
+
+def _refuse_other(word: str) -> int:
+    """Say which verb does what `word` asks for; the exit code."""
+    print(f"lightarc: {word!r} is no verb (did you mean {OTHER_WORDS[word]}?). See lightarc -h.", file=sys.stderr)
+    return WRONG_USAGE
+
+
+def _verb_in(words: Sequence[str]) -> str:
+    """The first word that is a verb; before it may stand options of every command."""
+    return next((word for word in words if word in {name for name, _, _ in VERBS}), "")
+
+
+def _run(parser: argparse.ArgumentParser, options: argparse.Namespace, words: Sequence[str]) -> int:
+    progress = Progress(sys.stderr, Log(None, ()), quiet=options.quiet)
+    code = _carry_out(parser, options, words, progress)
+    progress.log.close(code)
+    return code
+
+
+def _carry_out(
+    parser: argparse.ArgumentParser, options: argparse.Namespace, words: Sequence[str], progress: Progress
+) -> int:
+    """The exit code of the verb, of which all is reported."""
+    written: list[Written] = []
     try:
         with ending.during(ending.INTERRUPT):
-            check_results(parser, options)
-            result = options.module.run(options, progress)
+            outputs = check_results(parser, options)
+            before = identify(outputs)
+            with make_folders(outputs), limits(options):
+                progress.log = Log(options.log, words)
+                result = options.module.run(options, progress)
+                written = find_written(outputs, before)
             guarded.check()
     except KeyboardInterrupt as interrupt:
         ending.keep_frames(interrupt)
@@ -194,8 +283,10 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
             raise
         return _fail(progress, BAD_FILE, str(refused))
     progress.clear()
-    _print(options, result)
-    return int(result.get("exit_code", DONE)) if isinstance(result, dict) else DONE
+    code = int(result.get("exit_code", DONE)) if isinstance(result, dict) else DONE
+    results = [each for each in written if each.path != options.log and code == DONE]
+    _print(options, result, results, progress.log)
+    return code
 
 
 def _join(words: list[str]) -> list[str]:
@@ -209,22 +300,32 @@ def _join(words: list[str]) -> list[str]:
     return joined
 
 
-def _print(options: argparse.Namespace, result: object) -> None:
+def _print(options: argparse.Namespace, result: object, written: Sequence[Written], log: Log) -> None:
+    """Print a result: as JSON, or its report, where it was written, how large it is, and its health."""
     if not isinstance(result, dict):
         return
     public = {key: value for key, value in result.items() if key != "exit_code"}
     if not public:
         return
     health = health_text(public["warnings"])
+    if hasattr(options.module, "report"):
+        report = _lines(options.module.report(public))
+    else:
+        report = "\n".join(escape_controls(f"{key}: {value}") for key, value in public.items())
+    text = "\n".join([report, *map(describe_written, written), health])
+    log.write(text)
     if options.json:
         print(json.dumps(public, allow_nan=False))
-        return
-    if hasattr(options.module, "report"):
-        print(_lines(options.module.report(public)))
-    else:
-        for key, value in public.items():
-            print(escape_controls(f"{key}: {value}"))
-    print(health)
+    elif not options.quiet:
+        print(text)
+    elif public["warnings"]:
+        print(health, file=sys.stderr)
+
+
+def describe_written(written: Written) -> str:
+    """A line such as 'Wrote stack: 12 MB in 5 files.'"""
+    files = f" in {written.files} files" if written.files > 1 else ""
+    return escape_controls(f"Wrote {written.path}: {size_text(written.size_bytes)}{files}.")
 
 
 def _lines(text: str) -> str:
@@ -244,5 +345,6 @@ def health_text(warnings: Sequence[str]) -> str:
 
 def _fail(progress: Progress, code: int, message: str) -> int:
     progress.clear()
+    progress.log.write(message)
     print(_lines(message), file=sys.stderr)
     return code

@@ -77,6 +77,7 @@ EXCEPTIONS = {
     "engine/transport/reuse.py tempfile.TemporaryDirectory": "a bake of another BRDF, removed when it is read",
     "engine/planning/bake_group.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
     "engine/accuracy/bake_check.py tempfile.TemporaryDirectory": "a bake that is compared, removed with it",
+    "app/arguments/common.py self.path.open": "a log, which is read while work goes on, and after a crash",
     "app/process/crash.py path.open": "the report of a crash, which is written while the process falls",
     "app/process/crash.py path.unlink": "reports of crashes that are empty or too many",
     "app/session/settings.py folder.mkdir": "an empty folder for the settings",

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from app.arguments.results import Input
+from engine.core.errors import UsageError
 from engine.core.params import Parameter, parameters
 
 
@@ -34,6 +35,13 @@ def words_of(parameter: Parameter) -> str:
 def value_of(arguments: argparse.Namespace, flag: str) -> Any:
     """The value given for an option; None if it was not given."""
     return getattr(arguments, flag.removeprefix("--").replace("-", "_"), None)
+
+
+def refuse_unused(arguments: argparse.Namespace, rules: Iterable[tuple[str, bool, str]]) -> None:
+    """UsageError for an option that was given and is not used: each rule is its flag, whether it is, what it needs."""
+    for flag, is_used, need in rules:
+        if not is_used and value_of(arguments, flag) not in (None, False):
+            raise UsageError(f"{flag} needs {need}")
 
 
 def settings_from(arguments: argparse.Namespace, of: type[Any], without: Iterable[str] = ()) -> Any:

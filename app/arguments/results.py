@@ -23,8 +23,6 @@ from engine.storage.outputs import Kind, check_outputs, has_tag, look
 from engine.storage.unpack import is_archive
 from engine.storage.untrusted import read_head
 
-OVERWRITE_HELP = "replace an existing file that this command did not write; never one that it reads"
-
 #: Names longer than any path are text, which no file is looked for by.
 _LONGEST_PATH = 4096
 
@@ -77,28 +75,18 @@ class Output:
         return [(text, self.kind)] if isinstance(self.kind, Kind) else self.kind(text, options)
 
 
-def check_results(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
-    """Check all outputs of a command line, see `check_outputs`; wrong usage where one has a wrong ending."""
-
+def check_results(parser: argparse.ArgumentParser, options: argparse.Namespace) -> list[tuple[str, Kind]]:
+    """Check all outputs of a command line, see `check_outputs`, and give them; UsageError for a wrong ending."""
     inputs: list[str] = []
     outputs: list[tuple[str, Kind]] = []
-    for action in _choose_actions(parser, options):
+    for action in {each.dest: each for each in _choose_actions(parser, options)}.values():
         for text in _texts(getattr(options, action.dest, None)):
             if isinstance(action.type, Input):
                 inputs += action.type.paths(text)
             elif isinstance(action.type, Output):
                 outputs += action.type.find_named(text, options)
-    check_outputs(outputs, inputs, overwrite=getattr(options, "overwrite", False))
-
-
-def add_overwrite(parser: argparse.ArgumentParser) -> None:
-    """Add --overwrite to `parser` and those of its actions, each where it has an output."""
-    if any(isinstance(action.type, Output) for action in parser._actions):
-        parser.add_argument("--overwrite", action="store_true", help=OVERWRITE_HELP)
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            for below in action.choices.values():
-                add_overwrite(below)
+    check_outputs(outputs, inputs, overwrite=options.overwrite, makes_folders=True)
+    return outputs
 
 
 def _choose_actions(parser: argparse.ArgumentParser, options: argparse.Namespace) -> Iterator[argparse.Action]:
@@ -263,6 +251,8 @@ REPLAY = _folder("a replay", "replay.json", "stack/*", "material.lightarc")
 SELFTEST_CASES = Kind(
     "cases of the self-test", (".json",), is_earlier=lambda path: _holds(path, b'"lightarc-selftest-cases-1"', 1 << 8)
 )
+#: A log, whose first line begins with a time and the name of the program.
+LOG = Kind("a log", (".log", ".txt"), is_earlier=lambda path: _holds(path, b"  lightarc ", 1 << 6))
 SHARED = Kind("a folder", shared=True)
 SOAK_LOG = _folder("a record of a soak", "soak.jsonl")
 SWEEP = Kind("a file of a sweep", (".json", ".csv", ".png", ".svg"), is_earlier=_is_sweep)

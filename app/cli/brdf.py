@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable
-from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from app.arguments.quantities import Degrees
 from app.arguments.results import FIT, TABLE, Input, Output
 from app.cli.doubts import doubts_of_brdf
 from engine.brdf.analysis import conserves_energy, doubts, maximum_albedo, reciprocity_error
@@ -61,8 +61,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="CSV of theta_i, phi_i, theta_o, phi_o in degrees, a pair a line",
     )
-    evaluate.add_argument("--wi-deg", type=two_numbers, metavar="THETA,PHI", help="a single pair: towards the light")
-    evaluate.add_argument("--wo-deg", type=two_numbers, metavar="THETA,PHI", help="a single pair: towards the viewer")
+    pair = Degrees(2, "30,0")
+    evaluate.add_argument("--wi-deg", type=pair, metavar="THETA,PHI", help="a single pair: towards the light")
+    evaluate.add_argument("--wo-deg", type=pair, metavar="THETA,PHI", help="a single pair: towards the viewer")
 
     fit = _action(actions, "fit", "the parameters of the model that fit best")
     fit.add_argument("--model", type=str, metavar="MODEL", help="e.g. ggx, or ggx:alpha=0.3 to start from there")
@@ -99,22 +100,7 @@ def _action(
     parser: argparse.ArgumentParser = actions.add_parser(name, help=words, description=f"{words.capitalize()}.")
     if brdf:
         parser.add_argument("brdf", type=Input(), metavar="BRDF", help=BRDF_HELP)
-    # As for the verb itself, whose value must not be overwritten where it stands before the action.
-    parser.add_argument(
-        "--json", action="store_true", default=argparse.SUPPRESS, help="print one JSON object on standard output"
-    )
     return parser
-
-
-def two_numbers(text: str) -> tuple[float, float]:
-    """Two finite numbers `a,b`, as argparse's `type`."""
-    try:
-        one, two = (float(word) for word in text.split(","))
-    except ValueError:
-        one = two = float("nan")
-    if not (isfinite(one) and isfinite(two)):
-        raise argparse.ArgumentTypeError(f"{text!r} is not two numbers such as 30,0")
-    return one, two
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:

@@ -8,7 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.arguments.options import add_search
+from app.arguments.options import add_search, refuse_unused
+from app.arguments.quantities import MILLIMETRES, share
 from app.arguments.results import EXPORT, Input, Output
 from app.commands.making import readable_stack
 from app.commands.rebuilding import set_up_whole
@@ -62,17 +63,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--error",
-        type=float,
-        default=0.05,
+        type=share,
         metavar="E",
         help="for --to auto, which writes the smallest representation whose relative RMSE under the environments is at "
         "most E (0.05)",
     )
     textures = parser.add_argument_group("textures")
-    textures.add_argument(
-        "--preset", default="blender", choices=PRESETS, help="names and packing of a program (blender)"
-    )
-    textures.add_argument("--coding", default="png8", choices=CODINGS, help="PNG of 8 or 16 bits, or OpenEXR (png8)")
+    textures.add_argument("--preset", choices=PRESETS, help="names and packing of a program (blender)")
+    textures.add_argument("--coding", choices=CODINGS, help="PNG of 8 or 16 bits, or OpenEXR (png8)")
     textures.add_argument(
         "--normal",
         choices=("opengl", "directx"),
@@ -80,7 +78,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--tiling-mode",
-        default="grid",
         choices=("grid", "hex"),
         help="for --to materialx: how maps repeat, the same in a grid, or in hexagonal cells without a visible period "
         "(grid)",
@@ -94,7 +91,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--width-mm",
-        type=float,
+        type=MILLIMETRES,
         metavar="MM",
         help="width of the sample, from the left edge of its maps to the right one, for units, heights and scale bars "
         "(without it that of lightarc import --scale, where the photographs or the bundle have it)",
@@ -120,6 +117,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     from engine.exchange.subject import Settings
     from engine.scene.credits import Credits
 
+    _refuse_unused(arguments)
     material, stack, project = _open(arguments)
     width_mm = arguments.width_mm
     if width_mm is None and stack is None and project is None:
@@ -132,8 +130,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         stack, project = None, None
     credits = Credits(arguments.title, arguments.author, arguments.license, source=arguments.origin)
     settings = Settings(arguments.preset, arguments.coding, arguments.normal, width_mm, arguments.tiling_mode, credits)
-    if arguments.tiling_mode == "hex" and "materialx" not in arguments.to:
-        raise UsageError("--tiling-mode hex is for --to materialx; other targets repeat maps in a grid")
     if arguments.proof:
         from engine.proof.proof import prove
 
@@ -152,6 +148,19 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     )
     record = drain(exporting, show)
     return _select_reported(material, record)
+
+
+def _refuse_unused(arguments: argparse.Namespace) -> None:
+    """UsageError for an option that no target uses; then the defaults of those that were not given."""
+    names = tuple(EXPORTERS) if arguments.proof else tuple(arguments.to or ())
+    needs = {"--error": "auto", "--tiling-mode": "materialx"}
+    rules = [(flag, target in names, f"--to {target}") for flag, target in needs.items()]
+    of_textures = bool({"textures", "auto"} & set(names))
+    rules += [(flag, of_textures, "--to textures") for flag in ("--preset", "--coding", "--normal")]
+    refuse_unused(arguments, rules)
+    for name, default in {"error": 0.05, "preset": PRESETS[0], "coding": CODINGS[0], "tiling_mode": "grid"}.items():
+        if getattr(arguments, name) is None:
+            setattr(arguments, name, default)
 
 
 def _find_width_mm(source: str, material: Material) -> float | None:

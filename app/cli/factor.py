@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from app.arguments.options import option, settings_from, words_of
+from app.arguments.options import option, refuse_unused, settings_from, words_of
 from app.arguments.results import FACTORS, Input, Output
 from app.arguments.usage import CANCELLED, DONE
 from app.cli.brdf import BRDF_HELP
@@ -97,6 +97,9 @@ def _options() -> dict[str, list[Parameter]]:
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     settings = _settings(arguments)
+    is_search = arguments.table or settings.method in ("auto", "search")
+    flags = ("--restarts", "--together", "--metric", "--preset")
+    refuse_unused(arguments, [(flag, is_search, "--method search") for flag in flags])
     if arguments.table:
         return _table(arguments, settings, show)
     if len(arguments.brdf) != 1:

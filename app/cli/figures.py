@@ -14,6 +14,7 @@ from app.arguments.usage import CANCELLED, DONE
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent_within, time_text
 from engine.core.steps import Step, drain, part
+from engine.core.suggestion import suggest
 from engine.figures.papers.catalogue import FIGURES
 from engine.geometry.shapes import open_mesh
 from engine.light.environment_file import open_environment
@@ -108,7 +109,9 @@ def _choose(names: list[str]) -> list[str]:
     wanted = [each for name in names for each in (FIGURES if name == "all" else (name,))]
     strange = [name for name in wanted if name not in FIGURES]
     if strange:
-        raise UsageError(f"unknown figure {strange[0]!r}; choose from {', '.join(FIGURES)} and all")
+        raise UsageError(
+            f"unknown figure {strange[0]!r}{suggest(strange[0], FIGURES)}; choose from {', '.join(FIGURES)} and all"
+        )
     return list(dict.fromkeys(wanted))
 
 

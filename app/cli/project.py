@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from app.arguments.options import refuse_unused
 from app.arguments.results import Input, Output, project_result
 from app.arguments.usage import BAD_FILE, DONE
 from app.project.cleaning import clean_up
@@ -57,6 +58,9 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     from app.commands.replay import replay
 
     show(Step(0.0, "reading the project"))
+    users = {"--output": ("collect", "recover", "replay"), "--photographs": ("find",)}
+    users |= dict.fromkeys(("--include-outside", "--without-derived"), ("collect",))
+    refuse_unused(arguments, [(flag, arguments.action in names, " or ".join(names)) for flag, names in users.items()])
     if arguments.action in ("collect", "recover", "replay") and arguments.output is None:
         raise UsageError(
             f"{arguments.action} needs -o, the {'folder' if arguments.action == 'replay' else 'project'} to write"

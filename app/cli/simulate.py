@@ -9,6 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from app.arguments.options import refuse_unused
+from app.arguments.quantities import Degrees, share
 from app.arguments.results import CAPTURE, Output
 from engine.core.steps import Step, drain
 from engine.simulate.arc import MARKER, LightArc, dome_azimuths_deg, dome_elevations_deg
@@ -34,14 +36,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     azimuths.add_argument("--azimuths", type=_count, metavar="N", help="N arcs of lamps evenly around the sample")
     elevations.add_argument(
         "--elevations-deg",
-        type=_numbers,
+        type=Degrees(0, "5,20,40"),
         default=(5.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 90.0),
         metavar="A,B,…",
         help="elevations of the lamp above the sample (5,10,20,…,90)",
     )
     azimuths.add_argument(
         "--azimuths-deg",
-        type=_numbers,
+        type=Degrees(0, "0,90"),
         default=(0.0,),
         metavar="A,B,…",
         help="azimuths of the lamp: 0 = right, 90 = up in the image (0)",
@@ -51,13 +53,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--format", default="tiff", choices=("tiff", "exr", "dng"), help="file format: tiff is 16-bit sRGB (tiff)"
     )
     parser.add_argument(
-        "--noise", type=float, default=0.004, help="standard deviation of the noise at the white level (0.004)"
+        "--noise", type=share, default=0.004, help="standard deviation of the noise at the white level (0.004)"
     )
     parser.add_argument(
         "--misalignment-px", type=float, default=0.6, metavar="PX", help="largest shift of a photograph (0.6)"
     )
     parser.add_argument(
-        "--turn-deg", type=float, default=0.0, metavar="A", help="largest rotation of a photograph about its centre (0)"
+        "--turn-deg",
+        type=Degrees(1, "0.5", is_small=True),
+        default=0.0,
+        metavar="A",
+        help="largest rotation of a photograph about its centre (0)",
     )
     parser.add_argument(
         "--exposures", type=_numbers, default=(1.0,), metavar="A,B,…", help="relative exposures of every light (1)"
@@ -66,18 +72,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--lamp-distance", type=float, metavar="D", help="distance of a near lamp, in image widths (infinite)"
     )
     parser.add_argument(
-        "--corner-loss", type=float, default=0.0, help="share of the light that the lens loses in the corners (0)"
+        "--corner-loss", type=share, default=0.0, help="share of the light that the lens loses in the corners (0)"
     )
-    parser.add_argument("--dark", type=float, default=0.0, help="mean signal without light, 1 = white level (0)")
+    parser.add_argument("--dark", type=share, default=0.0, help="mean signal without light, 1 = white level (0)")
     parser.add_argument("--calibration", action="store_true", help="photograph a dark frame and a flat field too")
     parser.add_argument("--sphere", action="store_true", help="put a mirror sphere into the lower left corner")
-    parser.add_argument("--raw-bits", type=int, default=14, choices=(12, 14), help="bits of DNG samples (14)")
+    parser.add_argument("--raw-bits", type=int, choices=(12, 14), help="bits of DNG samples (14)")
     parser.add_argument("--no-interreflection", action="store_true", help="leave out interreflection in the relief")
     parser.add_argument("--seed", type=int, default=1, help="seed: equal seeds give equal files (1)")
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     start = time.perf_counter()
+    refuse_unused(arguments, [("--raw-bits", arguments.format == "dng", "--format dng")])
     rising, around = arguments.elevations_deg, arguments.azimuths_deg
     if arguments.elevations:
         rising = dome_elevations_deg(arguments.elevations)
@@ -100,7 +107,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         dark=arguments.dark,
         calibration=arguments.calibration,
         sphere=arguments.sphere,
-        raw_bits=arguments.raw_bits,
+        raw_bits=arguments.raw_bits or 14,
     )
     capture = drain(simulate(arc, arguments.output), show)
     return {

@@ -13,13 +13,14 @@ from __future__ import annotations
 import os
 import stat
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from fnmatch import fnmatch
 from itertools import islice
 from pathlib import Path
 
 from engine.core.errors import InputError, OutputError, UsageError
-from engine.storage.atomic import require_space
+from engine.storage.atomic import make_folder, require_space
 from engine.storage.untrusted import read_head
 
 #: Entries of folders that are read which an output is compared with.
@@ -62,7 +63,13 @@ class Kind:
         return not self.endings
 
 
-def check_outputs(outputs: Sequence[tuple[str, Kind]], inputs: Iterable[str], *, overwrite: bool = False) -> None:
+def check_outputs(
+    outputs: Sequence[tuple[str, Kind]],
+    inputs: Iterable[str],
+    *,
+    overwrite: bool = False,
+    makes_folders: bool = False,
+) -> None:
     """Raise unless every output can be written without harm to an input or to a file of somebody else.
 
     Parameters
@@ -70,6 +77,7 @@ def check_outputs(outputs: Sequence[tuple[str, Kind]], inputs: Iterable[str], *,
     outputs : paths that will be written, in the order of writing, and what each will be.
     inputs : paths that are read; those that do not exist are left to the reader.
     overwrite : consent to replace a regular file of another kind; it covers no input and no folder.
+    makes_folders : True for a caller that makes the missing folders of outputs (`make_folders`).
 
     Raises
     ------
@@ -88,7 +96,57 @@ def check_outputs(outputs: Sequence[tuple[str, Kind]], inputs: Iterable[str], *,
     for path, kind in outputs:
         _check_existing(path, kind, overwrite=overwrite)
         if Path(path).parent not in shared:
-            _check_place(path, kind)
+            _check_place(path, kind, makes_folders=makes_folders)
+
+
+@contextmanager
+def make_folders(outputs: Sequence[tuple[str, Kind]]) -> Iterator[None]:
+    """Make the missing folders in which `outputs` will lie; those that are empty after the block are removed again."""
+    made: list[Path] = []
+    try:
+        for path, _ in outputs:
+            above = [folder for folder in Path(path).absolute().parents if not os.path.lexists(folder)]
+            for folder in reversed(above):
+                make_folder(folder)
+                made.append(folder)
+        yield
+    finally:
+        for folder in reversed(made):
+            with suppress(OSError):  # it holds a result
+                folder.rmdir()
+
+
+@dataclass(frozen=True)
+class Written:
+    """A result that was written: its `path`, its `size_bytes`, and its number of `files`."""
+
+    path: str
+    size_bytes: int
+    files: int
+
+
+def identify(outputs: Sequence[tuple[str, Kind]]) -> list[tuple[int, ...]]:
+    """Identity and time of what lies at each of `outputs`, which writing changes; `find_written` compares them."""
+    return [() if (found := look(path)) is None else (*_identity(found), found.st_mtime_ns) for path, _ in outputs]
+
+
+def find_written(outputs: Sequence[tuple[str, Kind]], before: Sequence[tuple[int, ...]]) -> list[Written]:
+    """Those of `outputs` that are there and differ from `before`; what lies in a shared folder as one with it."""
+    changed = [
+        path
+        for (path, kind), known, now in zip(outputs, before, identify(outputs), strict=True)
+        if now and now != known and not kind.shared
+    ]
+    groups: dict[str, list[str]] = {}
+    shared = {Path(path): path for path, kind in outputs if kind.shared}
+    for path in changed:
+        groups.setdefault(shared.get(Path(path).parent, path), []).append(path)
+    found = []
+    for path, members in groups.items():
+        files = [each for member in members for each in (_entries(member) if _is_folder(member) else [member])]
+        sizes = [status.st_size for each in files if (status := look(each)) is not None]
+        found.append(Written(path, sum(sizes), len(sizes)))
+    return found
 
 
 def has_tag(path: Path, software: str) -> bool:
@@ -249,12 +307,11 @@ def _check_folder(folder: Path, kind: Kind) -> None:
             raise OutputError(folder, problem, "Move that elsewhere, or choose another name")
 
 
-def _check_place(path: str, kind: Kind) -> None:
-    """OutputError where the folder of an output is missing or read-only; that of a shared folder may still be made."""
-    target = Path(path) / "x" if kind.shared else Path(path)
-    folder = target.parent
-    while kind.shared and not os.path.lexists(folder) and folder != folder.parent:
+def _check_place(path: str, kind: Kind, *, makes_folders: bool) -> None:
+    """OutputError where the folder of an output is read-only, or missing unless it is made or a shared one."""
+    folder = Path(path) if kind.shared else Path(path).parent
+    while (kind.shared or makes_folders) and not os.path.lexists(folder) and folder != folder.parent:
         folder = folder.parent
     if look(folder) is not None and not _is_folder(folder):
         raise OutputError(path, f"{folder} is a file, and would have to be a folder", "Choose another path")
-    require_space(folder / target.name, 0)
+    require_space(folder / Path(path).name, 0)

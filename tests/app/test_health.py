@@ -143,11 +143,11 @@ def test_health_is_said_and_stands_in_json(
     monkeypatch.setattr("webbrowser.open", lambda _page: True)
     shown = command_line._print
 
-    def both(options: Namespace, result: Any) -> None:
-        shown(options, result)
+    def both(options: Namespace, result: Any, *more: Any) -> None:
+        shown(options, result, *more)
         print("\f", end="")
         options.json = True
-        shown(options, result)
+        shown(options, result, *more)
 
     monkeypatch.setattr(command_line, "_print", both)
     code = command_line.main(line.format(inputs=inputs, folder=tmp_path).split())

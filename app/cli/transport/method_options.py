@@ -28,20 +28,30 @@ def options(which: Which) -> dict[str, list[tuple[Method, Parameter]]]:
 
 
 def add_options(parser: argparse.ArgumentParser, which: Which, without: Iterable[str] = ()) -> None:
-    """Add the options of all methods, `without` those that the parser has already."""
-    groups: dict[str, Any] = {}
-    for flag, owners in options(which).items():
-        if flag in without:
-            continue
-        title = f"--mode {' and '.join(method.name for method, _ in owners)}"
-        if title not in groups:
-            groups[title] = parser.add_argument_group(title)
-        groups[title].add_argument(flag, **_option(owners))
+    """Add the options of all methods, `without` those that the parser has already, in a group for each method.
+
+    Options of several methods are in a last group, and each of these methods names them.
+    """
+    found = {flag: owners for flag, owners in options(which).items() if flag not in without}
+    for method in transport.METHODS:
+        of_method = [flag for flag, owners in found.items() if method in (each for each, _ in owners)]
+        own = [flag for flag in of_method if len(found[flag]) == 1]
+        also = ", ".join(flag for flag in of_method if flag not in own)
+        if own:
+            group = parser.add_argument_group(f"--mode {method.name}", f"also {also}, see below" if also else None)
+            for flag in own:
+                group.add_argument(flag, **_option(found[flag]))
+    shared = {flag: owners for flag, owners in found.items() if len(owners) > 1}
+    last = parser.add_argument_group("several modes")
+    for flag, owners in shared.items():
+        last.add_argument(flag, **_option(owners))
 
 
 def _option(owners: list[tuple[Method, Parameter]]) -> dict[str, Any]:
     docs = list(dict.fromkeys(words_of(parameter) for _, parameter in owners))
-    if len(docs) > 1:
+    if len(owners) > 1 and len(docs) == 1:
+        docs = [f"{', '.join(method.name for method, _ in owners)}: {docs[0]}"]
+    elif len(docs) > 1:
         docs = [f"{method.name}: {words_of(parameter)}" for method, parameter in owners]
     return option(owners[0][1], "; ".join(docs))
 

@@ -31,17 +31,6 @@ if TYPE_CHECKING:
 BRIGHTEST = 1e30
 
 
-def angles_argument(text: str) -> tuple[float, float]:
-    """Two finite numbers, THETA,PHI in degrees; the parser's error otherwise."""
-    try:
-        theta, phi = (float(number) for number in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not THETA,PHI such as 50,30") from None
-    if not (math.isfinite(theta) and math.isfinite(phi)):
-        raise argparse.ArgumentTypeError(f"{text!r} is not finite")
-    return theta, phi
-
-
 def brushing_argument(text: str) -> Brushing:
     """The direction that --brushing names; the parser's error otherwise."""
     return _argument(parse_brushing, text)

@@ -10,6 +10,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.options import add_search
+from app.arguments.quantities import MEGABYTES, MILLISECONDS, SECONDS, share
 from app.arguments.results import Input
 from app.cli.brdf import BRDF_HELP
 from app.cli.doubts import doubts_of_scene
@@ -70,13 +71,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def add_budget(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
     """The budget and the wishes, which `lightarc bake --mode auto` shares."""
     budget = parser.add_mutually_exclusive_group()
-    budget.add_argument("--error", type=float, metavar="E", help="allowed relative error (0.01)")
-    budget.add_argument("--time-ms", type=float, metavar="MS", help="allowed time of a frame")
+    budget.add_argument("--error", type=share, metavar="E", help="allowed relative error (0.01)")
+    budget.add_argument("--time-ms", type=MILLISECONDS, metavar="MS", help="allowed time of a frame")
     parser.add_argument(
-        "--max-memory-mb", type=float, metavar="MB", help="memory that a setting may take (a quarter of what is free)"
+        "--max-memory-mb",
+        type=MEGABYTES,
+        metavar="MB",
+        help="memory that a setting may take (a quarter of the free)",
     )
-    parser.add_argument("--max-bake-s", type=float, metavar="S", help="time that a bake may take (600)")
-    parser.add_argument("--max-frame-ms", type=float, metavar="MS", help="time that a frame may take (100)")
+    parser.add_argument("--max-bake-s", type=SECONDS, metavar="S", help="time that a bake may take (600)")
+    parser.add_argument("--max-frame-ms", type=MILLISECONDS, metavar="MS", help="time that a frame may take (100)")
     parser.add_argument(
         "--force",
         type=str,

@@ -6,15 +6,17 @@ import argparse
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from app.arguments.options import add_search
+from app.arguments.options import add_search, refuse_unused
+from app.arguments.quantities import Degrees
 from app.arguments.results import Input, Output, software
 from app.cli.doubts import doubts_of_scene, mean_in_place_of_maps, means_of_parts
 from app.cli.transport import project_input, render_auto, render_transport, render_turntable, scene_options
-from app.cli.transport.options import angles_argument, lamp_argument
+from app.cli.transport.options import lamp_argument
 from app.cli.transport.render_output import (
     ON_CPU,
     add_background_arguments,
@@ -110,7 +112,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--light-deg",
-        type=angles_argument,
+        type=Degrees(2),
         metavar="THETA,PHI",
         help="direction of the light in the world: THETA from +Y (up), PHI from +Z (the viewer's side of the plane) "
         "towards +X (right); 90,0 shines along -Z (50,30; none if a --lamp or --near-lamp is given)",
@@ -126,7 +128,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--env-rotation-deg",
-        type=float,
+        type=Degrees(1, "90"),
         metavar="A",
         help="rotation of the environment about +Y, anticlockwise from above (0)",
     )
@@ -207,7 +209,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="reference: largest path depth: surface points on a path; 1 is direct light with shadows, more adds "
         "interreflection (1)",
     )
-    parser.add_argument("--seed", type=int, default=0, metavar="S", help="reference: seed of the random numbers (0)")
+    parser.add_argument("--seed", type=int, metavar="S", help="reference: seed of the random numbers (0)")
     parser.add_argument(
         "--renderer",
         default="auto",
@@ -218,15 +220,34 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     doubts = scene_options.take_own_material(arguments)
+    _refuse_unused(arguments)
     setup = _setup(arguments)
     found = _draw_scene(setup, arguments, show)
     doubts += project_input.list_left_out(setup, arguments.mode) if setup is not None else []
     return {**found, "warnings": [*found.get("warnings", ()), *doubts]} if doubts else found
 
 
+def _refuse_unused(arguments: argparse.Namespace) -> None:
+    """UsageError for an option that changes nothing in this image."""
+    is_project, is_random = project_input.is_given(arguments), is_traced(arguments.mode)
+    has_env = bool(arguments.env) or is_project
+    may_have_own = Path(arguments.mesh).is_file()  # a model with materials
+    has_material = arguments.material is not None or is_project or may_have_own
+    rules = [
+        ("--env-rotation-deg", has_env, "--env"),
+        ("--directions", has_env or bool(arguments.near_lamp), "--env or --near-lamp"),
+        ("--seed", is_random or is_project or arguments.mode == "auto", f"--mode {REFERENCE.name}"),
+        *((flag, has_material, "--material") for flag in ("--from", "--lookup", "--above", "--tile", "--tiling-mode")),
+    ]
+    refuse_unused(argparse.Namespace(**{**vars(arguments), "from": arguments.source}), rules)
+    if is_random and arguments.renderer == "gl":
+        raise UsageError(f"--renderer gl is not for --mode {REFERENCE.name}, which is traced on the CPU")
+
+
 def _draw_scene(setup: Setup | None, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """Draw the scene of the arguments and write it; the record."""
     start = time.perf_counter()
+    arguments.seed = arguments.seed or 0
     _check(arguments)
     render_turntable.check(arguments)
     display = Display(arguments.exposure, arguments.tone_map)

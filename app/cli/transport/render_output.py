@@ -8,9 +8,9 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-import psutil
-
+from app.arguments.quantities import Degrees
 from app.session.machine_profile import learn_frame, learn_relit
+from engine.core.budget import free_bytes
 from engine.core.colour import luminance
 from engine.core.directions import world_angles
 from engine.core.errors import MissingCapability, UsageError
@@ -118,7 +118,7 @@ def check_memory(size: tuple[int, int]) -> None:
     """UsageError where a reference of `size` (width, height) needs more memory than is free."""
     width, height = size
     needed = width * height * BYTES_PER_PIXEL
-    if needed > psutil.virtual_memory().available:
+    if needed > free_bytes():
         raise UsageError(
             f"A reference of {width} × {height} pixels needs {size_text(needed)} of memory, more than free"
         )
@@ -172,7 +172,7 @@ def add_background_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--background-blur-deg",
-        type=float,
+        type=Degrees(1, "20", is_small=True),
         default=0.0,
         metavar="R",
         help="blur of the environment behind the model, as an angle; the light stays as it is (0)",

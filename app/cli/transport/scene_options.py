@@ -6,9 +6,11 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from app.arguments.quantities import Degrees, share
 from app.arguments.results import Input
 from app.cli.transport import project_input
 from app.cli.transport.options import brushing_argument
+from engine.bundle.manifest import MANIFEST
 from engine.core.errors import UsageError
 from engine.exchange.readers.read import find_doubt_of_parts, holds_material, open_material
 from engine.factor.factor_file import open_reflectance
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
 
 MESH_HELP = (
     "a file, a built-in (sphere, plane, torus-knot, cloth, blob), a project (.lap), which brings its scene, or a "
-    "material of another program, which is shown on a sphere, a .glb, .obj or .usdz on its own model"
+    "bundle or a material of another program, which is shown on a sphere, a .glb, .obj or .usdz on its own model"
 )
 MATERIAL_HELP = (
     "a bundle, a folder or zip of PBR textures, a MaterialX document (.mtlx), a glTF, OBJ or USD file (.glb, .gltf, "
@@ -55,7 +57,7 @@ def add_ground(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--ground",
         nargs="?",
-        type=float,
+        type=share,
         const=0.5,
         metavar="ALBEDO",
         help="put the model on a diffuse ground, which receives its shadow (albedo 0.5)",
@@ -78,7 +80,8 @@ def add_surroundings(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--env", type=Input(reach="file"), metavar="FILE", help="an environment, as for lightarc render"
     )
-    parser.add_argument("--env-rotation-deg", type=float, metavar="A", help="rotation of the environment about +Y (0)")
+    turn = Degrees(1, "90")
+    parser.add_argument("--env-rotation-deg", type=turn, metavar="A", help="rotation of the environment about +Y (0)")
     add_ground(parser)
     add_brushing(parser)
     parser.add_argument(
@@ -109,7 +112,7 @@ def take_own_material(arguments: argparse.Namespace) -> list[str]:
     is_model = path.suffix.lower() in (".glb", ".gltf", ".obj", ".ply") or (path.is_file() and is_usd(path))
     if is_model and (doubt := find_doubt_of_parts(path)) is not None:
         return [f"{path.name} {doubt}"] if doubt else []
-    if not is_model and not holds_material(path):
+    if not is_model and not (_is_bundle(path) or holds_material(path)):
         return []
     arguments.material = arguments.mesh
     if is_model:
@@ -117,6 +120,11 @@ def take_own_material(arguments: argparse.Namespace) -> list[str]:
     else:
         arguments.mesh = SHOWN_ON
     return []
+
+
+def _is_bundle(path: Path) -> bool:
+    """True for a name that says so, or a folder with a manifest."""
+    return path.suffix.lower() == ".lightarc" or (path / MANIFEST).is_file()
 
 
 def mesh_of(arguments: argparse.Namespace) -> Mesh:

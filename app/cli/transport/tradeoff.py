@@ -8,7 +8,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.arguments.options import add_search
+from app.arguments.options import add_search, refuse_unused
+from app.arguments.quantities import SECONDS
 from app.arguments.results import Input, Output, sweep_in
 from app.arguments.usage import CANCELLED, DONE
 from app.cli.brdf import BRDF_HELP
@@ -21,6 +22,7 @@ from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, percent_range, percent_within, size_text, time_text
 from engine.core.steps import Step, drain, part
 from engine.core.stopwatch import read_clock
+from engine.core.suggestion import suggest
 from engine.planning.ceilings import usual
 from engine.planning.costs.setting import modes, setting_of
 from engine.planning.costs.setting import modes as all_modes
@@ -85,7 +87,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"modes: {', '.join((*transport.names(), *MODES))} (those that draw the whole scene)",
     )
     parser.add_argument(
-        "--budget-s", type=float, default=BUDGET_S, metavar="S", help=f"time limit of the measurement ({BUDGET_S:.0f})"
+        "--budget-s",
+        type=SECONDS,
+        default=BUDGET_S,
+        metavar="S",
+        help=f"time limit of the measurement ({BUDGET_S:.0f})",
     )
     parser.add_argument(
         "--choose",
@@ -93,7 +99,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="TEXT",
         help="name the best setting within '8 ms and 100 MB' (least error) or '1 %%' (least time)",
     )
-    parser.add_argument("--axis", default="frame", choices=AXES, help="the time that --choose compares (frame)")
+    parser.add_argument("--axis", choices=AXES, help="the time that --choose compares (frame)")
     parser.add_argument("--intensity", type=float, metavar="L", help="factor on the environment (1)")
     parser.add_argument("--width", type=int, default=320, metavar="PX", help="width of the images (320)")
     parser.add_argument("--height", type=int, default=240, metavar="PX", help="height of the images (240)")
@@ -104,6 +110,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     scene_options.take_own_material(arguments)
+    refuse_unused(arguments, [("--axis", bool(arguments.choose), "--choose")])
     _check(arguments)
     budget = budget_from_text(arguments.choose) if arguments.choose else None
     scene = scene_options.scene_of(arguments, "a sweep")
@@ -168,7 +175,7 @@ def _measure(
         "plan": _record_plan(planned) if planned else None,
     }
     record = drain(write(found, arguments.output, _title(arguments), **about), show)
-    chosen = _choose(found, budget, arguments.axis)
+    chosen = _choose(found, budget, arguments.axis or AXES[0])
     exit_code = CANCELLED if is_cancelled else DONE
     return {
         "output": str(arguments.output),
@@ -328,7 +335,8 @@ def _settings(arguments: argparse.Namespace, scene: Scene) -> list[Setting]:
     modes = _modes(arguments)
     strange = [mode for mode in modes if mode not in all_modes()]
     if strange:
-        raise UsageError(f"unknown mode {strange[0]!r}; choose from {', '.join(all_modes())}")
+        meant = suggest(strange[0], all_modes())
+        raise UsageError(f"unknown mode {strange[0]!r}{meant}; choose from {', '.join(all_modes())}")
     if scene.material is None and (lacking := [mode for mode in modes if mode in MODES and MODES[mode].needs_map]):
         raise UsageError(f"the mode {lacking[0]} needs --material")
     return settings_of(scene, modes or modes_of(scene), bounces=arguments.max_depth > 1)

@@ -50,7 +50,8 @@ def test_every_argument_says_whether_it_is_a_file() -> None:
         if isinstance(action.type, Output):
             outputs.append(name)
             assert can_overwrite, name
-        assert not isinstance(action.default, str) or not isinstance(action.type, Input | Output), name
+        default = None if action.default == argparse.SUPPRESS else action.default
+        assert not isinstance(default, str) or not isinstance(action.type, Input | Output), name
     assert len(outputs) >= 13, outputs
 
 
@@ -182,14 +183,14 @@ def test_no_output_meets_an_input(lightarc: Callable[..., SimpleNamespace], plac
         (("render", "sphere", "-o", "a.png/."), 3, "names a folder"),
         (("render", "sphere", "-o", ".."), 2, "must end in"),
         (("render", "sphere", "-o", ""), 3, "is empty"),
-        (("render", "sphere", "-o", "nowhere/a.png"), 3, "folder does not exist"),
+        (("render", "sphere", "-o", "m.obj/nowhere/a.png"), 3, "m.obj is a file"),
         (("render", "sphere", "-o", "m.obj/a.png"), 3, "m.obj is a file"),
         (("render", "sphere", "-o", f"{'n' * 300}.png"), 3, "too long"),
         (("render", "sphere", "-o", "loop.png"), 3, "loop.png"),
         (("render", "sphere", "-o", "broken.png"), 3, "folder does not exist"),
         (("render", "sphere", "-o", "pipe.png"), 3, "not a regular file"),
         (("render", "sphere", "-o", "folder.png"), 3, "it is a folder"),
-        (("render", "sphere", "-o", "two\nlines/a.png"), 3, "two\\nlines"),
+        (("render", "sphere", "-o", "m.obj/two\nlines/a.png"), 3, "two\\nlines"),
         (("render", "sphere", "-o", "/dev/null"), 2, "must end in"),
         (("demo", "-o", "/dev/null"), 3, "file of that name exists"),
         (("demo", "-o", "/dev/stdout"), 3, "/dev/stdout"),

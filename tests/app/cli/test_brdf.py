@@ -182,6 +182,6 @@ def test_convert_writes_a_table_that_reads_back(lightarc: Command, tmp_path: Pat
 
 def test_convert_leaves_nothing_half_written(lightarc: Command, tmp_path: Path) -> None:
     output = tmp_path / "missing" / "table.exr"
-    command = lightarc("brdf", "convert", "lambert", "-o", output)
+    command = lightarc("brdf", "convert", tmp_path / "absent.exr", "-o", output)
     assert command.code == 3
     assert not output.parent.exists()

@@ -35,7 +35,7 @@ def test_a_figure_is_drawn_from_one_command(lightarc: Command, mesh: Path, tmp_p
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
-        (("wang-9",), 2, "unknown figure 'wang-9'; choose from shading-map-1"),
+        (("wang-9",), 2, "unknown figure 'wang-9' (did you mean"),
         (("wang-2", "--mesh", "nowhere.obj"), 3, "nowhere.obj"),
         (("wang-2", "--env", "nowhere.hdr"), 3, "nowhere.hdr"),
     ],
@@ -64,7 +64,7 @@ def test_cancelling_leaves_no_figure(
     monkeypatch.setattr("engine.figures.papers.wang_2.compare_with", interrupt)
     ran = lightarc("figures", "wang-2", "--mesh", mesh, "--quick", "-o", tmp_path / "out")
     assert ran.code == 4
-    assert list((tmp_path / "out").iterdir()) == []
+    assert not (tmp_path / "out").exists()
 
 
 def test_cancelling_later_keeps_the_figures_that_are_complete(

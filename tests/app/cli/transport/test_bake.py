@@ -132,12 +132,12 @@ def test_what_is_cancelled_goes_on(mesh: Path, tmp_path: Path, lightarc: Command
         (("--terms", "1000"), 2, "--terms 1000"),
         (("--coefficients", "0"), 2, "coefficients"),
         (("--fine", "99"), 2, "--fine"),
-        (("--ground", "1.5"), 2, "albedo 1.5"),
+        (("--ground", "1.5"), 2, "1.5 is 150%"),
         (("--ground", "nan"), 2, "albedo nan"),
         (("--brdf", "nonsense"), 2, "nonsense"),
         (("--cluster", "nonsense"), 2, "not an address of a Dask scheduler"),
         (("--cluster", "tcp://127.0.0.1:9"), 3, "no scheduler of a cluster answers"),
-        (("-o", "/nowhere/at/all.transport"), 3, "folder does not exist"),
+        (("-o", "/dev/null/all.transport"), 3, "/dev/null is a file"),
     ],
 )
 def test_what_cannot_be_baked_is_refused(

@@ -84,7 +84,7 @@ def test_a_plan_is_a_record_of_all_effects(mesh: str, capsys: pytest.CaptureFixt
 
 
 def test_a_plan_is_reported_to_users(mesh: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["plan", mesh, *LOOK, "--time-ms", "0.000001"]) == 0
+    assert main(["plan", mesh, *LOOK, "--time-ms", "0.000001ms"]) == 0
     shown = capsys.readouterr().out
     assert all(name in shown for name in EFFECTS)
     assert "No mode draws a frame in 1e-6 ms" in shown
@@ -119,7 +119,7 @@ def test_ceilings_are_told_and_raised_by_flags(mesh: str, capsys: pytest.Capture
     shown = report({**free, "satisfied": False, "probability_within_budget": 0.1, "beyond": beyond})
     assert "No mode meets the budget below the ceilings" in shown
     assert "With --max-bake-s 1300 sh, order 8 meets it: 1 %, 20 ms a frame, 21 min to bake" in shown
-    assert main([*words[:-2], "--max-frame-ms", "0.000001"]) == 0
+    assert main([*words[:-2], "--max-frame-ms", "0.000001ms"]) == 0
     assert "Every mode is beyond the ceilings" in capsys.readouterr().out
 
 

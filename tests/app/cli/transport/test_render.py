@@ -304,8 +304,11 @@ def test_missing_files_are_input_errors(capsys: Any, tmp_path: Path, words: tupl
     assert not list(tmp_path.iterdir())
 
 
-def test_a_folder_that_is_not_there_is_an_output_error(capsys: Any, tmp_path: Path) -> None:
-    render(capsys, "plane", "-o", tmp_path / "nowhere" / "x.png", *SMALL, code=3)
+def test_a_folder_that_is_not_there_is_made(capsys: Any, tmp_path: Path) -> None:
+    render(capsys, "plane", "-o", tmp_path / "no" / "where" / "x.png", *SMALL)
+    assert (tmp_path / "no" / "where" / "x.png").is_file()
+    render(capsys, tmp_path / "absent.obj", "-o", tmp_path / "nowhere" / "x.png", *SMALL, code=3)
+    assert not (tmp_path / "nowhere").exists()
 
 
 def test_a_turntable_is_a_film_or_a_folder_and_its_first_frame_is_the_image(capsys: Any, tmp_path: Path) -> None:
