@@ -68,7 +68,7 @@ CHILDREN = 2
 HANDS_DESCRIPTORS = hasattr(socket, "send_fds")
 
 #: The environment of a child: where libraries and compiled kernels lie, and no threads before it is confined.
-_KEPT = ("LD_LIBRARY_PATH", "NUMBA_CACHE_DIR", "SYSTEMROOT")
+_KEPT = ("LD_LIBRARY_PATH", "NUMBA_CACHE_DIR", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "SYSTEMROOT")
 _ONE_THREAD = {
     "OPENBLAS_NUM_THREADS": "1",
     "OMP_NUM_THREADS": "1",
