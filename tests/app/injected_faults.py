@@ -136,6 +136,8 @@ def _verbs() -> Iterator[Work]:
     for ending in ("mp4", "webp"):
         words = "render plane --turntable 2 " + "--background transparent " * (ending == "webp") + SMALL
         yield Work(f"turntable {ending}", words, None, f"a.{ending}")
+    yield Work("completion", "completion bash")
+    yield Work("desktop", "desktop-install --folder {output}", None, "share")
     yield Work("plan", "plan {inputs}/mesh.obj --brdf lambert --env {inputs}/sky.png --width 24 --height 16", rare=True)
     yield Work("tradeoff", TRADEOFF, None, "tradeoff", rare=True)
     yield Work("figures", "figures wang-2 --quick -o {output}", None, "figures", rare=True)
