@@ -193,6 +193,7 @@ ACCURACIES = {
 OPTIONS = {
     "choices": ("scenes", "seed", "data"),
     "tradeoff-choices": ("scenes", "seed"),
+    "reuse": ("data", "modes"),
     "predictions": ("scenes", "seed", "data", "modes"),
     "bake-checks": ("scenes", "seed", "data", "modes"),
     "window-soak": ("runs", "run_s", "at_once", "seed", "record"),

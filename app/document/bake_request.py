@@ -337,8 +337,8 @@ def bake(path: Path, estimate: Estimate, own: Sequence[EnvironmentMap] = (), *, 
         settings = settings_with(wanted.choices.settings, wanted.variations)
         steps = check_file(path, made.transport, wanted.choices.method, wanted.subject, settings, own)
         check = yield from part(steps, 0.95, 1.0)
-    casts_rays = made.resumed_chunks or getattr(wanted.choices.settings, "interreflection", False)
-    another_s = None if casts_rays else max(made.bake_s - made.visibility_s, 0.0)
+    casts_rays = wanted.choices.method.baking.casts_rays(estimate.work)
+    another_s = None if made.resumed_chunks or casts_rays else max(made.bake_s - made.visibility_s, 0.0)
     return Made(wanted, made.transport, made.bake_s, made.file.size_bytes, check, another_s, error)
 
 

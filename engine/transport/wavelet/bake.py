@@ -48,7 +48,7 @@ from engine.transport.baking.settings import Signs, WaveletSettings
 from engine.transport.baking.visibility import Receivers, portion, receivers, visibility_shares
 from engine.transport.baking.visibility_record import is_kept, keep_visibility
 from engine.transport.wavelet.haar import FACES, check_edge
-from engine.transport.wavelet.interreflection import Surroundings, reflections
+from engine.transport.wavelet.interreflection import Surroundings, bounce_of, reflections
 from engine.transport.wavelet.quantise import STEP
 from engine.transport.wavelet.transfer import (
     DIFFUSE,
@@ -350,12 +350,15 @@ def _add_bounces(work: Work, writer: TransportWriter, recipe: Recipe) -> Steps[N
 
 def reflect(work: Work, direct: dict[str, NDArray[Any]]) -> Steps[dict[str, NDArray[Any]]]:
     """The vectors of bounces that belong to the `direct` ones of all vertices of `work`."""
-    surface, settings = work.surface, work.settings
+    bounds = vertex_bounds(work.vertices, work.ground_vertex, work.settings.edge)
+    return (yield from reflections(surroundings_of(work), direct, work.settings.bounces, bounds))
+
+
+def surroundings_of(work: Work) -> Surroundings:
+    """The surroundings of a bounce of `work`."""
+    surface, first, albedo = work.surface, work.ground_vertex, work.ground_albedo
     frames = vertex_frames(surface, work.factors.isotropic)
-    first, albedo = work.ground_vertex, work.ground_albedo
-    around = Surroundings(surface, receivers(surface), frames, work.factors, first, albedo, settings.gather)
-    bounds = vertex_bounds(work.vertices, first, settings.edge)
-    return (yield from reflections(around, direct, settings.bounces, bounds))
+    return Surroundings(surface, receivers(surface), frames, work.factors, first, albedo, work.settings.gather)
 
 
 def recipe_of(work: Work, of: Receivers) -> Recipe:
@@ -437,14 +440,18 @@ def casts_rays(work: Work) -> bool:
 
 def estimate_s(work: Work) -> float:
     """Seconds that the bake will take; costs about a hundredth of it."""
-    started = time.perf_counter()
+    started, settings = time.perf_counter(), work.settings
     of = keep_visibility(work.occluder.receivers(work.surface), work.kept)
-    if not is_kept(of, work.settings.edge, work.settings.fine):
+    if not is_kept(of, settings.edge, settings.fine):
         of = replace(of, record=None)  # a block is more than is tried
     baker = _Baker(recipe_of(work, of), of)
     shared_s = time.perf_counter() - started
-    size = portion(work.settings.edge)
-    return shared_s + estimate_chunks_s(baker.compute_rows, work.vertices, work.ground_vertex, size)
+    size = portion(settings.edge)
+    total_s = shared_s + estimate_chunks_s(baker.compute_rows, work.vertices, work.ground_vertex, size)
+    if settings.bounces:
+        bounce = bounce_of(surroundings_of(work), settings.coefficients)
+        total_s += settings.bounces * estimate_chunks_s(bounce, work.vertices, work.ground_vertex, size)
+    return total_s
 
 
 def transport_of(file: TransportFile) -> WaveletTransport:

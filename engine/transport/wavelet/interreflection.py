@@ -16,6 +16,7 @@ are black from behind. Bound by reading those vectors: some 300 coefficients a r
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -88,6 +89,19 @@ def reflections(around: Surroundings, direct: Rows, bounces: int, bounds: NDArra
             yield Step(done, f"following bounce {bounce + 1} of {bounces}")
         latest = found
     return total
+
+
+def bounce_of(around: Surroundings, coefficients: int) -> Callable[[NDArray[np.int64]], object]:
+    """A bounce of full vectors at vertices, to see how long it takes."""
+    count = around.first * around.terms + len(around.frames) - around.first
+    full: Rows = {
+        "indices": np.zeros((count, coefficients), np.uint16),
+        "words": np.zeros((count, coefficients), np.uint32),
+        "peaks": np.zeros((count, 3), np.float32),
+        "counts": np.full(count, coefficients, np.uint16),
+    }
+    found, total = ({name: np.zeros_like(array) for name, array in full.items()} for _ in range(2))
+    return lambda vertices: _gather(around, vertices, full, found, total)
 
 
 def _blocks(around: Surroundings, start: int, stop: int) -> list[NDArray[np.int64]]:
