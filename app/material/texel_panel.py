@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLabel
 
 from app.widgets.panels import Rows, button, text
-from engine.core.figure_text import number
+from engine.core.figure_text import format_fixed, number
 from engine.core.steps import Step, Steps
 from engine.scene.material import Material
 from engine.shading.power_law import PowerLawMap
@@ -79,7 +79,7 @@ class TexelFigures(Rows):
 
 
 def _show_three(figure: QLabel, values: np.ndarray, digits: int) -> None:
-    figure.setText("   ".join(f"{float(value):.{digits}f}" for value in values))
+    figure.setText("   ".join(format_fixed(float(value), digits) for value in values))
 
 
 def worst(power_law: PowerLawMap | None) -> Steps[tuple[Texel, ...]]:

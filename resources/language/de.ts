@@ -4319,7 +4319,7 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
   </message>
   <message>
    <source>%1 does not show near lights: choose Direct, the reference or spherical harmonics.</source>
-   <translation>%1 zeigt keine nahen Lichter: „Direkt“, die Referenz oder Kugelflächenfunktionen wählen.</translation>
+   <translation>%1 zeigt keine nahen Lichter: „Direkt“, die Referenz oder Kugelfunktionen wählen.</translation>
   </message>
   <message>
    <source>Measuring the light's error</source>
@@ -5057,7 +5057,7 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
   </message>
   <message>
    <source>Parameters that vary across the surface. Spherical harmonics and Gaussians vary parameters; wavelets mix BRDFs</source>
-   <translation>Parameter, die über die Oberfläche variieren. Kugelflächenfunktionen und Gauß-Funktionen variieren Parameter; Wavelets mischen BRDFs</translation>
+   <translation>Parameter, die über die Oberfläche variieren. Kugelfunktionen und Gauß-Funktionen variieren Parameter; Wavelets mischen BRDFs</translation>
   </message>
   <message>
    <source>Spatial variation</source>
@@ -7568,8 +7568,8 @@ MIT-Lizenz.</translation>
    <translation>ist keine Art von Datei, die Lightarc öffnet</translation>
   </message>
   <message>
-   <source>Open photographs (a folder or an archive), a model (OBJ, PLY, STL, glTF), an environment (HDR, EXR), a measured BRDF (MERL, RGL, …), a folder of factors, a .lightarc bundle, PBR textures, a MaterialX document, or RTI files (PTM, HSH)</source>
-   <translation>Fotos (Ordner oder Archiv), ein Modell (OBJ, PLY, STL, glTF), eine Umgebung (HDR, EXR), eine gemessene BRDF (MERL, RGL, …), einen Ordner mit Faktoren, ein .lightarc-Paket, PBR-Texturen, ein MaterialX-Dokument oder RTI-Dateien (PTM, HSH) öffnen</translation>
+   <source>Open photographs (a folder or an archive), a model (OBJ, PLY, STL, glTF, USD), an environment (HDR, EXR), a measured BRDF (MERL, RGL, …), a folder of factors, a .lightarc bundle, PBR textures, a MaterialX document, or RTI files (PTM, HSH)</source>
+   <translation>Fotos (Ordner oder Archiv), ein Modell (OBJ, PLY, STL, glTF, USD), eine Umgebung (HDR, EXR), eine gemessene BRDF (MERL, RGL, …), einen Ordner mit Faktoren, ein .lightarc-Paket, PBR-Texturen, ein MaterialX-Dokument oder RTI-Dateien (PTM, HSH) öffnen</translation>
   </message>
   <message>
    <source>cannot be read (%1)</source>
@@ -7580,8 +7580,8 @@ MIT-Lizenz.</translation>
    <translation>Die Rechte der Datei prüfen</translation>
   </message>
   <message>
-   <source>Drop a folder of its textures, a MaterialX document or a glTF file</source>
-   <translation>Einen Ordner mit ihren Texturen, ein MaterialX-Dokument oder eine glTF-Datei hierher ziehen</translation>
+   <source>Install the extra usd (pip install 'lightarc[usd]'), or drop a glTF file</source>
+   <translation>Das Zusatzpaket usd installieren (pip install 'lightarc[usd]') oder eine glTF-Datei hierher ziehen</translation>
   </message>
   <message>
    <source>is a USD package whose textures are not named for what they hold</source>
@@ -9508,7 +9508,7 @@ MIT-Lizenz.</translation>
   </message>
   <message>
    <source>bands of the spherical harmonics: more of them keep sharper light and highlights</source>
-   <translation>Bänder der Kugelflächenfunktionen: mehr behalten schärferes Licht und schärfere Glanzlichter</translation>
+   <translation>Bänder der Kugelfunktionen: mehr behalten schärferes Licht und schärfere Glanzlichter</translation>
   </message>
   <message>
    <source>include interreflection between parts of the model</source>
@@ -9604,7 +9604,7 @@ MIT-Lizenz.</translation>
   </message>
   <message>
    <source>bands of the spherical harmonics of the diffuse part</source>
-   <translation>Bänder der Kugelflächenfunktionen des diffusen Anteils</translation>
+   <translation>Bänder der Kugelfunktionen des diffusen Anteils</translation>
   </message>
   <message>
    <source>edge of the cube map that visibility is counted over (64)</source>
@@ -9620,15 +9620,15 @@ MIT-Lizenz.</translation>
   </message>
   <message>
    <source>Spherical harmonics</source>
-   <translation>Kugelflächenfunktionen</translation>
+   <translation>Kugelfunktionen</translation>
   </message>
   <message>
    <source>spherical harmonics</source>
-   <translation>Kugelflächenfunktionen</translation>
+   <translation>Kugelfunktionen</translation>
   </message>
   <message>
    <source>Baked spherical harmonics: shadows under any soft light</source>
-   <translation>Vorberechnete Kugelflächenfunktionen: Schatten unter jedem weichen Licht</translation>
+   <translation>Vorberechnete Kugelfunktionen: Schatten unter jedem weichen Licht</translation>
   </message>
   <message>
    <source>Wavelets</source>
@@ -10888,7 +10888,7 @@ MIT-Lizenz.</translation>
   </message>
   <message>
    <source>fitting harmonics</source>
-   <translation>Kugelflächenfunktionen werden angepasst</translation>
+   <translation>Kugelfunktionen werden angepasst</translation>
   </message>
   <message>
    <source>relighting each file</source>
@@ -12264,7 +12264,7 @@ MIT-Lizenz.</translation>
   </message>
   <message>
    <source>this BRDF has no glossy part; bake it with --mode sh or wavelet</source>
-   <translation>diese BRDF hat keinen glänzenden Anteil; mit Kugelflächenfunktionen oder Wavelets vorberechnen</translation>
+   <translation>diese BRDF hat keinen glänzenden Anteil; mit Kugelfunktionen oder Wavelets vorberechnen</translation>
   </message>
   <message>
    <source>The bake is of another BRDF; Gaussians are baked for one.</source>
@@ -12284,7 +12284,7 @@ MIT-Lizenz.</translation>
   </message>
   <message>
    <source>%1 parameters are to vary; spherical harmonics have tables over 1 or 2</source>
-   <translation>%1 Parameter sollen variieren; Kugelflächenfunktionen haben Tabellen über 1 oder 2</translation>
+   <translation>%1 Parameter sollen variieren; Kugelfunktionen haben Tabellen über 1 oder 2</translation>
   </message>
   <message>
    <source>a lamp is too bright for numbers of 32 bits</source>
