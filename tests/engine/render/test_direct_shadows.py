@@ -135,7 +135,7 @@ def test_lamps_on_a_knot_are_those_of_the_reference(brdf: str) -> None:
 @pytest.mark.parametrize(
     ("light", "brdf"),
     [
-        ("x=2,y=3,z=2,radius=0.3,power=60", "phong:ks=0.3,exponent=20"),
+        pytest.param("x=2,y=3,z=2,radius=0.3,power=60", "phong:ks=0.3,exponent=20", marks=pytest.mark.long),
         (
             "shape=rectangle,x=2,y=3,z=1,facing_theta_deg=145,facing_phi_deg=63,power=60",
             "ggx:kd=0.4,alpha=0.3,f0=0.2",

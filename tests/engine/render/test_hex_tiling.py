@@ -64,7 +64,7 @@ def correlation(values: NDArray[np.float64], repeats: int) -> float:
     return float((image[:, :-SIDE] * image[:, SIDE:]).mean() / image.var())
 
 
-@pytest.mark.parametrize("kind", ["woven", "hammered", "leather"])
+@pytest.mark.parametrize("kind", ["woven", pytest.param("hammered", marks=pytest.mark.long), "leather"])
 def test_nothing_repeats_and_the_histogram_stays(kind: str) -> None:
     maps = maps_of(kind)
     plain, found = (tiled(maps, 8, 0.0, hexes=hexes) for hexes in (False, True))
@@ -84,7 +84,7 @@ def test_nothing_repeats_and_the_histogram_stays(kind: str) -> None:
     np.testing.assert_allclose(np.linalg.norm(found.normal, axis=1), 1.0, atol=1e-6)
 
 
-@pytest.mark.parametrize("detail", [0.0, 1.5, 4.0, 6.0])
+@pytest.mark.parametrize("detail", [*(pytest.param(level, marks=pytest.mark.long) for level in (0.0, 4.0)), 1.5, 6.0])
 def test_moments_are_those_of_the_maps_at_every_level(detail: float) -> None:
     """Means of all maps, also of metal that is there or not, and the variance of slopes between and within points."""
     maps = maps_of("hammered")
@@ -115,7 +115,7 @@ def test_cells_are_shifted_by_whole_texels_and_join_smoothly() -> None:
     assert np.abs(np.diff(along, axis=0)).max() < 0.01
 
 
-@pytest.mark.parametrize("repeats", [16.0, 96.0])
+@pytest.mark.parametrize("repeats", [pytest.param(16.0, marks=pytest.mark.long), 96.0])
 def test_relief_in_cells_is_as_bright_as_the_reference(repeats: float) -> None:
     eye = Camera((0.0, 0.0, 1e4), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), np.degrees(2e-4))
     scene = dataclasses.replace(
@@ -208,6 +208,9 @@ def test_photographs_repeat_nothing_and_keep_their_histogram(name: str, shared_d
 
 FORMS = ("slices", "power", "planes")
 
+#: Every kind and every form once; the other pairs take --long.
+ORDINARY = (("woven", "power"), ("hammered", "planes"), ("leather", "slices"))
+
 
 def far_scene(material: Material, repeats: float, mode: Any, light: tuple[float, float, float]) -> Scene:
     """A square that fills the image, seen from straight above."""
@@ -215,8 +218,14 @@ def far_scene(material: Material, repeats: float, mode: Any, light: tuple[float,
     return make_scene(square(), eye, material=material, light=light, repeats=repeats, tiling_mode=mode)
 
 
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("kind", ["woven", "hammered", "leather"])
+@pytest.mark.parametrize(
+    ("kind", "form"),
+    [
+        pytest.param(kind, form, marks=[] if (kind, form) in ORDINARY else [pytest.mark.long])
+        for kind in ("woven", "hammered", "leather")
+        for form in FORMS
+    ],
+)
 def test_photographs_are_as_bright_from_afar_as_in_the_reference(kind: str, form: str) -> None:
     """In a grid and in cells, under high and low light, at 1 to 128 repeats over the image."""
     material = material_of(kind, form)
