@@ -23,6 +23,9 @@ from engine.core.errors import UsageError
 from engine.images.decode import read_image
 from tests.engine.capture.lights.mirror_balls import KINDS, generate, measure
 
+#: Of each two kinds that are alike, the harder one; the others take --long.
+ORDINARY = ("softbox", "cut", "black window", "rich")
+
 
 @given(st.floats(0.2, np.pi / 2), st.floats(0, 2 * np.pi))
 def test_reflection_law_is_inverted(elevation: Any, azimuth: Any) -> None:
@@ -74,7 +77,13 @@ def test_an_outline_that_is_half_in_the_dark_with_steeper_reflections() -> None:
     assert (found.column, found.row, found.radius) == pytest.approx((170.5, 140.5, 60.0), abs=0.6)
 
 
-@pytest.mark.parametrize("seed", range(9), ids=KINDS)
+@pytest.mark.parametrize(
+    "seed",
+    [
+        pytest.param(seed, id=kind, marks=[] if kind in ORDINARY else [pytest.mark.long])
+        for seed, kind in enumerate(KINDS)
+    ],
+)
 def test_lights_of_generated_captures_are_measured_or_refused(seed: int) -> None:
     """Bulbs and softboxes beside windows, coins, rings, and balls that the image cuts; the truth is the renderer's."""
     result = measure(generate(seed))
@@ -84,7 +93,7 @@ def test_lights_of_generated_captures_are_measured_or_refused(seed: int) -> None
         assert result[0].max() < 1, result
 
 
-@pytest.mark.parametrize("seed", [9056, 9095, 9142, 13013])
+@pytest.mark.parametrize("seed", [9056, 9095, 9142, pytest.param(13013, marks=pytest.mark.long)])
 def test_circles_beside_the_middle_are_no_outline(seed: int) -> None:
     """A horizon that few lamps stand above, one that a texture outvotes, and black balls without a horizon."""
     capture = generate(seed)
