@@ -26,9 +26,20 @@ SETTINGS: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.fixture(autouse=True)
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Factors of few texels and trials of few views: what they are is compared, not how true they are."""
+    for name, value in {
+        "gaussian.bake.PROBE_VIEWS": 2,
+        "gaussian.bake.TEST_EDGE": 16,
+        "wavelet.bake.MAP_SIZE": 16,
+    }.items():
+        monkeypatch.setattr(f"engine.transport.{name}", value)
+
+
 def bake(path: Path, mode: str, text: str, kept: Path | None, **more: Any) -> Path:
     method = method_of(mode)
-    subject = Subject(bowl(), brdf_from_text(text), Ground(cells=4), kept=kept)
+    subject = Subject(bowl(rows=6), brdf_from_text(text), Ground(cells=4), kept=kept)
     settings = method.settings(**{**SETTINGS[mode], **more})
     drain(method.baking.bake(path, drain(method.baking.prepare(subject, settings))))
     return path

@@ -22,6 +22,17 @@ from tests.engine.planning.brute_force import bowl, sphere
 EDGE, FINE = 8, 4
 
 
+@pytest.fixture(autouse=True)
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Factors of few texels and trials of few views: what they are is compared, not how true they are."""
+    for name, value in {
+        "gaussian.bake.PROBE_VIEWS": 2,
+        "gaussian.bake.TEST_EDGE": 16,
+        "wavelet.bake.MAP_SIZE": 16,
+    }.items():
+        monkeypatch.setattr(f"engine.transport.{name}", value)
+
+
 @pytest.fixture(scope="module")
 def model() -> Receivers:
     return receivers(bowl())
@@ -72,7 +83,7 @@ def test_a_record_says_whether_it_holds_all(model: Receivers, tmp_path: Path, mo
 def test_gaussians_of_another_brdf_cast_no_ray_for_direct_light(tmp_path: Path, rays: list[int]) -> None:
     folder = tmp_path / "visibility"
     for number, text in enumerate(("ggx:kd=0.2,alpha=0.4,f0=0.5", "ggx:kd=0.1,alpha=0.3,f0=0.2/0.5/0.8")):
-        subject = Subject(bowl(), brdf_from_text(text), kept=folder)
+        subject = Subject(bowl(rows=6), brdf_from_text(text), kept=folder)
         method = method_of("gaussian")
         work = drain(method.baking.prepare(subject, method.settings(cube=EDGE, samples=16)))
         before = method.baking.estimate_s(work)
@@ -139,7 +150,7 @@ def test_the_oldest_records_go_first(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["sh", "wavelet"])
 def test_a_bake_of_another_brdf_casts_no_ray(tmp_path: Path, rays: list[int], name: str) -> None:
     """The file is the one of a bake without a record, bit by bit."""
-    method, mesh = method_of(name), bowl()
+    method, mesh = method_of(name), bowl(rows=8)
     settings = method.with_values({"order": 4, "cube": 8, "coefficients": 24, "terms": 2})
 
     def bake(text: str, kept: Path | None) -> bytes:
