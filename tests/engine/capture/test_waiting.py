@@ -48,7 +48,9 @@ def test_rows_are_corrected_once_as_a_stack_that_was_written_would_be(
 def test_codes_that_wait_become_the_bits_of_pixels_that_wait(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, term: str, fixed: dict[str, Any]
 ) -> None:
-    sources = find([write(render(Capture(seed=8, distance=4.0, **fixed, **SMALL)), tmp_path / "photographs")])
+    sources = find(
+        [write(render(Capture(seed=8, distance=4.0, **fixed, **{**SMALL, "lamps": 12})), tmp_path / "photographs")]
+    )
     settings = ImportSettings(lamp_distance=4.0)
     codes = drain(import_stack(sources, settings, tmp_path / "codes"))
     monkeypatch.setattr(module, "_waits_as_codes", lambda _: False)

@@ -32,7 +32,7 @@ def errors(scene: Scene, maps: PbrMaps) -> tuple[np.ndarray, np.ndarray, np.ndar
 
 
 def test_heights_of_objects_are_within_their_intervals() -> None:
-    scene = draw_scene(0)
+    scene = draw_scene(0, size=(64, 72))
     maps = drain(recover(scene.stack, np.arange(len(scene.stack.sources)), left_out=False)).maps
     error, sigma, _ = errors(scene, maps)
     known = np.isfinite(sigma)

@@ -25,8 +25,8 @@ def separation_of(found: Photographs, gain: float | None = None) -> Separation:
     "pairs",
     [
         Pairs(size=48, leak=0.01, gain=(0.5, 0.43, 0.38)),
-        Pairs(size=48, roughness=0.7, lamps=12),
-        Pairs(size=48, roughness=0.3, spread=0.1, noise=0.01),
+        pytest.param(Pairs(size=48, roughness=0.7, lamps=12), marks=pytest.mark.long),
+        pytest.param(Pairs(size=48, roughness=0.3, spread=0.1, noise=0.01), marks=pytest.mark.long),
         Pairs(size=48, f0=0.08, roughness=0.5, metallic=0.1),
     ],
 )

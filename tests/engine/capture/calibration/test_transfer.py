@@ -11,8 +11,11 @@ import pytest
 from engine.capture.calibration.estimate import sample_texels
 from engine.capture.calibration.transfer import check_transfer
 from engine.capture.import_plan import ImportSettings
+from engine.capture.import_stack import import_stack
+from engine.capture.lights.sources import find
 from engine.core.colour import srgb_decode, srgb_encode
-from tests.engine.capture.calibration.generated import Capture, render
+from engine.core.steps import drain
+from tests.engine.capture.calibration.generated import Capture, render, write
 from tests.engine.capture.calibration.measured import measure
 
 SMALL: dict[str, Any] = {"height": 48, "width": 56, "lamps": 18}
@@ -49,7 +52,8 @@ def test_linear_files_that_do_not_say_so_are_named_and_no_rig_is_made_of_them(tm
 
 
 def test_a_stated_curve_is_doubted_but_followed(tmp_path: Path) -> None:
-    rendered = render(Capture(seed=3, file_format="linear16", **SMALL))
-    stated = measure(rendered, tmp_path, ImportSettings(transfer="srgb"))
-    assert stated.stack.provenance["suggested_transfer"] == "linear"
-    assert {term["name"] for term in stated.stack.provenance["calibration"]} > {"gains"}
+    rendered = render(Capture(seed=3, file_format="linear16", **{**SMALL, "lamps": 12}))
+    sources = find([write(rendered, tmp_path / "photographs")])
+    stated = drain(import_stack(sources, ImportSettings(transfer="srgb"), tmp_path / "stack"))
+    assert stated.provenance["suggested_transfer"] == "linear"
+    assert {term["name"] for term in stated.provenance["calibration"]} > {"gains"}
