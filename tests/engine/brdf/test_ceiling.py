@@ -80,8 +80,22 @@ def test_a_constant_has_a_ceiling_of_three_times_its_value_everywhere() -> None:
         Ceiling(ceiling.table[:2])
 
 
-@pytest.mark.parametrize("seed", [0, 7])
-@pytest.mark.parametrize("method", ["svd", "nonnegative", "normalised", "homomorphic", "search"])
+@pytest.mark.parametrize(
+    ("method", "seed"),
+    [
+        ("svd", 0),
+        ("nonnegative", 7),
+        ("homomorphic", 0),
+        ("search", 7),
+        *(
+            pytest.param(*row, marks=pytest.mark.long)
+            for row in (
+                *(("svd", 7), ("nonnegative", 0), ("homomorphic", 7), ("search", 0)),
+                *(("normalised", 0), ("normalised", 7)),
+            )
+        ),
+    ],
+)
 def test_factors_show_no_colour_that_no_sample_near_has(method: Any, seed: int) -> None:
     brdf = drain(fit_scattered(generate(seed).samples))
     settings = FactorSettings(method, side=8, products=4, size=12, textures=2, restarts=0, samples=4000)

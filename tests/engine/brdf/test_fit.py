@@ -46,7 +46,13 @@ def test_parameters_that_made_the_data_are_found(text: str, weighting: Any) -> N
         assert got == pytest.approx(wanted, rel=2e-3, abs=2e-4), parameter.name
 
 
-@pytest.mark.parametrize("name", MODELS)
+#: Fits with many parameters; models that are like them in all but number are fitted in every suite.
+SLOW = ("lafortune-three-lobes", "openpbr-anisotropic")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.long] if name in SLOW else []) for name in MODELS]
+)
 def test_a_fit_never_ends_worse_than_it_began(name: str) -> None:
     data = fit_data(brdf_from_text("ggx:kd=0.3/0.2/0.1,alpha=0.3,f0=0.04"), count=200)
     found = drain(fit(data, MODELS[name]()))
