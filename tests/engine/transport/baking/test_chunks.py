@@ -84,7 +84,9 @@ def test_a_cluster_bakes_the_same_harmonics_and_the_light_between_parts(
 
 
 def worker_processes(cluster: Any) -> list[int]:
+    """Processes of both workers, once another has taken the place of one that was killed."""
     with distributed.Client(cluster, set_as_default=False) as client:
+        client.wait_for_workers(2)
         return list(client.run(os.getpid).values())
 
 
