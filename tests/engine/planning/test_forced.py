@@ -32,7 +32,7 @@ def arrays_of(transport: WaveletTransport | GaussianTransport) -> list[Any]:
     return [transport.diffuse.rows, *(array for part in parts for array in part)]
 
 
-@pytest.mark.parametrize("mode", ["wavelet", "gaussian"])
+@pytest.mark.parametrize("mode", [pytest.param("wavelet", marks=pytest.mark.long), "gaussian"])
 def test_T1_forced_shadows_of_a_convex_model_change_nothing(
     costs: CostModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, mode: str
 ) -> None:

@@ -207,7 +207,13 @@ def test_a_peak_at_the_horizon_does_not_choose_a_term_for_all_views(shared_data:
     assert np.linalg.norm(one.f(wi, wo) - value) < 0.1 * np.linalg.norm(value)
 
 
-@pytest.mark.parametrize("text", ["ashikhmin-shirley:kd=0.5,ks=0.75,nu=10,nv=100", "ggx:kd=0.3,alpha=0.2,f0=0.04"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "ggx:kd=0.3,alpha=0.2,f0=0.04",
+        pytest.param("ashikhmin-shirley:kd=0.5,ks=0.75,nu=10,nv=100", marks=pytest.mark.long),
+    ],
+)
 def test_terms_that_would_be_black_are_replaced_by_nonnegative_ones(text: str) -> None:
     brdf = brdf_from_text(text)
     pairs = reference(brdf, seed=5)
