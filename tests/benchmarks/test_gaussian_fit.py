@@ -17,7 +17,7 @@ def test_the_search_finds_a_gaussian() -> None:
     assert found <= 1e-4
 
 
-@pytest.mark.parametrize("lobes", [1, 2])
+@pytest.mark.parametrize("lobes", [1, pytest.param(2, marks=pytest.mark.long)])
 def test_the_fit_is_no_worse_than_the_search(lobes: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gaussian_fit, "SAMPLES", 128)
     monkeypatch.setattr(gaussian_fit, "STARTS", 5)

@@ -9,7 +9,14 @@ import pytest
 from benchmarks.transport import frame_4k
 
 
-@pytest.mark.parametrize("mode", ["brdf", "shading_map", "directional_map", "pbr_maps", "sh", "sh_texels"])
+@pytest.mark.parametrize(
+    "mode",
+    [
+        "brdf",
+        "sh_texels",
+        *(pytest.param(mode, marks=pytest.mark.long) for mode in ("shading_map", "directional_map", "pbr_maps", "sh")),
+    ],
+)
 def test_a_mode_stands_beside_the_plain_model(gl: Any, mode: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(frame_4k, "SIZE", (32, 18))
     monkeypatch.setattr(frame_4k, "EDGE", 16)

@@ -35,7 +35,7 @@ def test_the_reference_is_timed_at_the_error_that_is_asked_for(scene: Scene) -> 
         assert seconds > 0.0
 
 
-@pytest.mark.parametrize("mode", ["sh", "wavelet"])
+@pytest.mark.parametrize("mode", ["sh", pytest.param("wavelet", marks=pytest.mark.long)])
 def test_a_bake_is_measured_beside_the_reference(scene: Scene, mode: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(paid_off, "FRAMES", 2)
     try:
