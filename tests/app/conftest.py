@@ -95,6 +95,19 @@ WHOLE = (
     "test_tour.py",
 )
 
+#: Files whose tests look at what the viewport shows, which is drawn there as finely as for a user.
+LOOKED_AT = (
+    "app/test_another_method.py",
+    "view/test_baking.py",
+    "view/test_error_line.py",
+    "view/test_gaussian.py",
+    "view/test_light_panel.py",
+    "view/test_lobe_inspector.py",
+    "view/test_tab.py",
+    "window/test_keys_and_themes.py",
+    "window/test_main_window.py",
+)
+
 BUILD_PARSER = command_line.build_parser
 
 #: Qt messages about the machine, not about this program.
@@ -226,6 +239,8 @@ def window(
     """
     from app.window.top_bar import WORKSPACES
 
+    if f"{request.path.parent.name}/{request.path.name}" not in LOOKED_AT:
+        monkeypatch.setattr("app.viewport.viewport.IDLE_S", 0.0)  # the first, coarse image will do
     names = WORKSPACES if request.path.name in WHOLE else IN_FRONT.get(request.path.parent.name, ())
     with open_window(monkeypatch, names) as made:
         qtbot.waitExposed(made)  # type: ignore[attr-defined]
