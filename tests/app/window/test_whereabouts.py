@@ -30,7 +30,8 @@ def import_capture(window: MainWindow, qtbot: Any, paths: list[Path]) -> Path:
     window.open(paths)
     qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=240_000)
     path = window.projects.path
-    qtbot.waitUntil(lambda: window.projects.is_saved, timeout=60_000)
+    # A small image is written beside a project that is saved, and tests remove that folder.
+    qtbot.waitUntil(lambda: window.projects.is_saved and not window.bench.jobs.active, timeout=60_000)
     window.new()
     return path
 
