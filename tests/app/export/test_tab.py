@@ -144,7 +144,10 @@ def assert_same(one: Material, other: Material) -> None:
             id="mixed 16-bit tile",
         ),
         pytest.param(
-            {"excluded": frozenset({"a rather long name of a photograph 90.tif"}), "slices": 6}, "", id="excluded"
+            {"excluded": frozenset({"a rather long name of a photograph 90.tif"}), "slices": 6},
+            "",
+            id="excluded",
+            marks=pytest.mark.long,
         ),
     ],
 )

@@ -110,7 +110,7 @@ def test_what_varies_is_kept_with_the_project(tmp_path: Path) -> None:
     assert found.source == tmp_path / "elsewhere" / "mask.png"
 
 
-@pytest.mark.parametrize("method", ["sh", "wavelet"])
+@pytest.mark.parametrize("method", [pytest.param("sh", marks=pytest.mark.long), "wavelet"])
 def test_the_image_is_the_one_that_the_command_line_renders(
     view: MainWindow, qtbot: QtBot, lightarc: Command, tmp_path: Path, method: str
 ) -> None:

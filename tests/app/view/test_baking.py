@@ -174,7 +174,7 @@ def endless() -> Steps[None]:
         yield Step(0.0, "")
 
 
-@pytest.mark.parametrize("method", ["wavelet", "gaussian"])
+@pytest.mark.parametrize("method", ["wavelet", pytest.param("gaussian", marks=pytest.mark.long)])
 def test_another_brdf_is_baked_unasked_and_without_rays(view: MainWindow, qtbot: Any, method: str) -> None:
     """The last of several that a user goes through; no computation of a user waits for it, and one click stops it."""
     baking, panel = bake(view, qtbot, method), view.view.bake_panels[method]

@@ -500,7 +500,7 @@ def test_a_quiet_line_says_what_there_is_room_for(qapp: QApplication) -> None:
     line.close()
 
 
-@pytest.mark.parametrize("size", [(1280, 800), (2560, 1440)])
+@pytest.mark.parametrize("size", [(1280, 800), pytest.param((2560, 1440), marks=pytest.mark.long)])
 def test_no_words_of_the_view_are_cut_off(view: MainWindow, qtbot: Any, size: tuple[int, int]) -> None:
     lamps = (LampSettings(), LampSettings(phi_deg=70.0, radius_deg=5.0))
     change(view, mode="direct", comparing="wipe", lamps=lamps, has_ground=True)
@@ -563,7 +563,7 @@ print(viewport.devicePixelRatioF(), *drawn.image.size, *viewport.screen_px(), im
 """
 
 
-@pytest.mark.parametrize("scale", ["1.25", "1.5", "2"])
+@pytest.mark.parametrize("scale", ["1.25", pytest.param("1.5", marks=pytest.mark.long), "2"])
 def test_GL7_every_pixel_of_a_dense_screen_is_drawn(qapp: QApplication, scale: str) -> None:
     environment = {**os.environ, "QT_SCALE_FACTOR": scale, "PYTHONPATH": str(Path(__file__).resolve().parents[3])}
     done = subprocess.run(

@@ -31,7 +31,7 @@ def dialog(window: MainWindow, title: str) -> QDialog:
     return next(each for each in window.findChildren(QDialog) if each.windowTitle() == title and each.isVisible())
 
 
-@pytest.mark.parametrize("with_results", [True, False])
+@pytest.mark.parametrize("with_results", [True, pytest.param(False, marks=pytest.mark.long)])
 def test_a_collected_project_holds_its_photographs_and_the_results_that_are_wanted(
     window: MainWindow,
     qtbot: Any,

@@ -199,7 +199,9 @@ def test_the_window_fits_into_its_smallest_size(window: MainWindow) -> None:
         assert (inside.width() <= 1024, inside.height() <= 700 - 72) == (True, True), (name, inside)
 
 
-@pytest.mark.parametrize(("side", "forward"), [("Top", (0.0, -1.0, 0.0)), ("Right", (-1.0, 0.0, 0.0))])
+@pytest.mark.parametrize(
+    ("side", "forward"), [("Top", (0.0, -1.0, 0.0)), pytest.param("Right", (-1.0, 0.0, 0.0), marks=pytest.mark.long)]
+)
 def test_the_model_is_seen_from_a_side_that_the_menu_names(
     viewing: MainWindow, side: str, forward: tuple[float, float, float]
 ) -> None:
