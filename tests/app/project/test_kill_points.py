@@ -15,7 +15,7 @@ import pytest
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs fork and /proc")
 
 #: Operations at which the suite kills; under --long every operation of six sessions more, 20,000 together.
-POINTS = 30
+POINTS = 12
 
 
 @pytest.fixture
