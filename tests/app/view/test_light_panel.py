@@ -33,6 +33,7 @@ Drop = Callable[[QWidget, list[Path]], None]
 @pytest.fixture
 def lit(window: MainWindow, qtbot: Any) -> MainWindow:
     """The View workspace with a sphere under the studio."""
+    window.resize(1024, 660)
     window.bench.document.change("Sphere", mesh=shape("sphere"))
     window.show_workspace("view")
     choose(window, "studio")

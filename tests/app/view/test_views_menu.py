@@ -5,8 +5,10 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
+import numpy as np
+
 from app.window.main_window import MainWindow
-from engine.light.environment_file import open_environment
+from engine.light.environment import EnvironmentMap
 from tests.app.view.test_baking import sphere
 
 
@@ -35,7 +37,7 @@ def test_a_view_is_kept_found_again_and_forgotten(window: MainWindow, qtbot: Any
 
 def test_the_environment_stands_behind_the_model(window: MainWindow, qtbot: Any) -> None:
     document, view = window.bench.document, window.view
-    studio = open_environment("studio")
+    studio = EnvironmentMap(np.random.default_rng(1).uniform(0.1, 2.0, (16, 32, 3)).astype(np.float32), "studio")
     document.change("Ball", mesh=sphere(), environment=studio)
     window.show_workspace("view")
     qtbot.waitUntil(lambda: view.viewport.scene is not None, timeout=60_000)
