@@ -54,7 +54,7 @@ def files_in(folder: Path) -> dict[str, Path]:
 
 def _rows() -> Iterator[str]:
     rng = np.random.default_rng(1)
-    for pair in rng.normal(size=(200, 2, 3)):
+    for pair in rng.normal(size=(60, 2, 3)):
         pair[:, 2] = np.abs(pair[:, 2]) + 0.2
         directions = pair / np.linalg.norm(pair, axis=1, keepdims=True)
         yield " ".join(f"{value:.12f}" for value in directions.reshape(-1)) + " 0.25"

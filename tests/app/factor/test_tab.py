@@ -196,7 +196,7 @@ def test_a_search_pauses_goes_on_and_keeps_the_best_when_it_is_stopped(factor: A
 
 
 def test_a_search_goes_on_with_further_terms_from_where_it_was(factor: Any, qtbot: Any) -> None:
-    run = run_with(factor, qtbot, method="search", textures=1, restarts=0, samples=300)
+    run = run_with(factor, qtbot, method="search", textures=1, restarts=0, samples=300, size=4)
     live = factor.runs.of(run)
     first = live.term_errors[0]
     assert [term_error.terms for term_error in live.term_errors] == [1]

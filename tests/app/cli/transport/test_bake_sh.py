@@ -59,8 +59,9 @@ def test_the_texels_of_a_material_are_drawn_in_the_light_of_a_bake(
 ) -> None:
     material, output, image = tmp_path / "a.lightarc", tmp_path / "a.transport", tmp_path / "a.exr"
     drain(save_bundle(material, dome_material()))
-    words = ("--material", material, "--mode", "sh", "--ground", "--ground-cells", "4", "--cube", "8", "--json")
-    made = result(lightarc("bake", mesh, *words, "-o", output))
+    made = result(
+        lightarc("bake", mesh, "--material", material, "--ground", "--ground-cells", "4", *QUICK, "-o", output)
+    )
     assert any("lightarc render BAKE --material" in each for each in made["warnings"])
     drawn = {}
     for name, renderer in (("plain", "gl"), ("gl", "gl"), ("cpu", "cpu")):
