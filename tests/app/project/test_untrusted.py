@@ -31,8 +31,8 @@ from tests.app.command import Command
 from tests.app.project import hostile
 from tests.kept import keep as keep_failed
 
-#: Hostile projects of one seed of the campaign; all 2000 seeds are 100,000.
-COUNT = 50
+#: Hostile projects of one seed of the campaign; all 4000 seeds are 100,000.
+COUNT = 25
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def felt(sound: Path, tmp_path: Path) -> Path:
     return tmp_path / "here" / "Felt.lap"
 
 
-@pytest.mark.campaign(rounds=2000)
+@pytest.mark.campaign(rounds=4000)
 def test_hostile_projects_are_refused_in_words_or_work(sound: Path, tmp_path: Path, seed: int) -> None:
     outcomes = set()
     for number in range(COUNT * seed, COUNT * (seed + 1)):
