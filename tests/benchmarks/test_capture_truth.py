@@ -16,9 +16,9 @@ PROMISED = {"flat-field", "near-lamp", "exposure-merge", "sphere-direction-deg"}
 @pytest.fixture(scope="module")
 def errors(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(capture_truth, "SIZE", 96)
+        patch.setattr(capture_truth, "SIZE", 64)
         patch.setattr(capture_truth, "SPHERE_SIZE", 256)
-        patch.setattr(capture_truth, "BETWEEN_DEG", (15.0, 55.0, 85.0))
+        patch.setattr(capture_truth, "BETWEEN_DEG", (15.0, 85.0))
         patch.setattr(capture_truth, "SAMPLES", ("woven", "plain"))
         found = drain(capture_truth.measures(tmp_path_factory.mktemp("truth")))
     return {accuracy.name: accuracy for accuracy in found}
