@@ -92,8 +92,10 @@ def test_every_file_has_its_error_beside_it(folder: Path, made: Contents) -> Non
 
 def test_our_readers_read_the_lists(folder: Path) -> None:
     """The BRDF that one of them becomes keeps its samples; the other is only read."""
+    some = (folder / "A_cloth_woven.csv").read_text().splitlines(keepends=True)
+    (folder / "some.csv").write_text("".join([some[0], *some[1::8]]))
     for data in (
-        fit_data(open_brdf(str(folder / "A_cloth_woven.csv"))),
+        fit_data(open_brdf(str(folder / "some.csv"))),
         read_measurement(folder / "A_cloth_woven_alta.dat"),
     ):
         np.testing.assert_allclose(data.value, brdf_from_text(BRDF).f(data.wi, data.wo), rtol=1e-5)
