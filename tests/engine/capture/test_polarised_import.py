@@ -25,7 +25,7 @@ from tests.engine.surface.photographs import angle_deg
     ("pairs", "names", "lights"),
     [
         (Pairs(leak=0.01, gain=(0.5, 0.43, 0.38), spread=0.15, noise=0.005), "names", "both"),
-        (Pairs(seed=2, roughness=0.6, lamps=16, shift=(1.3, -0.8), room=0.1), "folders", "parallel"),
+        (Pairs(size=48, seed=2, roughness=0.6, lamps=16, shift=(1.3, -0.8), room=0.1), "folders", "parallel"),
     ],
 )
 def test_base_colour_and_roughness_are_those_of_the_material(
