@@ -172,7 +172,11 @@ def test_files_of_all_kinds_open_in_any_workspace(
     document = window.bench.document
     window.show_workspace("factor")
     drop(window, [notes, mesh, photographs, sky, mesh.with_name("gone.ply")])
-    qtbot.waitUntil(lambda: at_rest(window) and bool(window.failures.open_dialogs), timeout=60_000)
+    jobs = window.bench.jobs  # a plan of the scene goes on in the background
+    qtbot.waitUntil(
+        lambda: document.project.has_map and not any(job.is_asked_for for job in jobs.active), timeout=60_000
+    )
+    qtbot.waitUntil(lambda: bool(window.failures.open_dialogs), timeout=60_000)
     project = document.project
     assert project.mesh is not None
     assert project.environment is not None
