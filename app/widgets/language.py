@@ -7,7 +7,7 @@ are; `packaging/translate.py` keeps them in step with the sources.
 
 A text is found whole, or by a template: "%1 of %2 selected" stands for the formatted string with two values, which are
 translated in turn, since they may be texts again. Failing that, its sentences and the parts of a list are translated
-one by one; what is in no translation, as the name of a file, stays. A text costs 0.1 ms once, and is remembered.
+one by one; what is in no translation, as the name of a file, stays. A text costs some 0.2 ms once, and is remembered.
 """
 
 from __future__ import annotations
@@ -100,9 +100,13 @@ _BEHIND = re.compile(r"[.:…]{1,3}$| \((?:[A-Z]|[A-Z][a-z]{1,8}\+\w{1,9})\)$")
 
 @dataclass(frozen=True)
 class Template:
-    """A formatted string: its `pieces` between the values, the names of these, its letters, and the translation."""
+    """A formatted string: its `pieces` between the values, the names of these, its letters, and the translation.
+
+    A text without the `anchor`, its longest piece, is none of it, which is quick to see.
+    """
 
     pieces: tuple[str, ...]
+    anchor: str
     names: tuple[str, ...]
     letters: int
     translation: str
@@ -168,7 +172,7 @@ def _load(language: str) -> None:
 def _template(source: str, translation: str) -> Template:
     pieces = _VALUE.split(source)
     letters = sum(letter.isalpha() for piece in pieces[::2] for letter in piece)
-    return Template(tuple(pieces[::2]), tuple(pieces[1::2]), letters, translation)
+    return Template(tuple(pieces[::2]), max(pieces[::2], key=len), tuple(pieces[1::2]), letters, translation)
 
 
 def translate(text: str) -> str:
@@ -221,7 +225,7 @@ def _fill_template(text: str, letters: int) -> str | None:
     for template in _templates:
         if template.letters < letters:
             return None
-        values = template.find_values(text)
+        values = template.find_values(text) if template.anchor in text else None
         if values is None:
             continue
         known = [find_translation(value) for value in values]
@@ -240,15 +244,15 @@ def _translate_end(text: str) -> str | None:
     words = text.split(" ")
     for place in range(1, min(len(words) - 1, 8)):
         rest = " ".join(words[place:])
-        if rest in _phrases and rest[:1].islower():
-            return f"{' '.join(words[:place])} {_phrases[rest]}"
+        if rest[:1].islower() and (phrase := _find_phrase(rest)):
+            return f"{' '.join(words[:place])} {phrase}"
     return None
 
 
 def _translate_parts(text: str, boundaries: Sequence[re.Pattern[str]]) -> str | None:
     """The parts of `text` between the first of the boundaries that it has, one by one."""
     for boundary in boundaries:
-        parts = boundary.split(text)
+        parts = boundary.split(text, 1)
         known = [find_translation(part) if part != text else None for part in parts]
         if any(known):
             return "".join(new or part for part, new in zip(parts, known, strict=True))
