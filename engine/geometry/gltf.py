@@ -1,7 +1,8 @@
 """Meshes of glTF 2.0 files (.glb, .gltf): every primitive wherever nodes place it, and the material of each by name.
 
 Read are triangles, strips and fans (Sec. 3.7.2.1), accessors as floats, as whole numbers that stand for fractions
-(KHR_mesh_quantization) and sparse ones (Sec. 3.6.2), and instances (EXT_mesh_gpu_instancing). Colours of vertices are
+(KHR_mesh_quantization), sparse ones (Sec. 3.6.2) and, by the library DracoPy, compressed ones
+(KHR_draco_mesh_compression), and instances (EXT_mesh_gpu_instancing). Colours of vertices are
 linear and multiply the base colour (Sec. 3.9.2). A file without scenes shows all its root nodes. Texture coordinates
 are those that the textures of a material share, transformed as they say (KHR_texture_transform); where textures differ
 in that, those of the first hold, and `engine.exchange.readers.gltf` says so.
@@ -11,6 +12,7 @@ Ours instead of trimesh's, which reads zeros for sparse accessors, whole numbers
 from __future__ import annotations
 
 import base64
+import importlib.util
 import itertools
 import json
 from collections.abc import Iterator, Mapping
@@ -21,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.errors import InputError
+from engine.storage import readers
 from engine.storage.untrusted import AGAIN
 
 Array = NDArray[np.float64]
@@ -37,8 +40,8 @@ MAX_NUMBERS = 1 << 29
 #: Nodes of a file, and levels of nodes within nodes.
 MAX_NODES, MAX_NODE_LEVELS = 100_000, 100
 
-#: Extensions without which the numbers of a file mean nothing, and what to ask of the program that writes it.
-_PACKED = {"KHR_draco_mesh_compression": "Draco compression", "EXT_meshopt_compression": "meshopt compression"}
+#: Compression of primitives, which the library DracoPy reads where it is installed.
+_DRACO = "KHR_draco_mesh_compression"
 
 #: Name of the material of primitives that state none (Sec. 3.9.1), which is white metal.
 NO_MATERIAL = "no material"
@@ -113,9 +116,7 @@ def read_gltf(content: bytes, name: str, beside: Mapping[str, bytes] = MappingPr
     """
     tree, body = _open(content, name)
     _refuse_deep_nodes(tree, name)
-    for extension in tree.get("extensionsRequired", ()):
-        if extension in _PACKED:
-            raise InputError(name, f"uses {_PACKED[extension]}, which is not read", "Export it without that")
+    _refuse_compression(tree, name)
     accessors = _Accessors(tree, body, beside, name)
     shapes: dict[int, list[dict[str, Any]]] = {}
     parts = []
@@ -129,6 +130,17 @@ def read_gltf(content: bytes, name: str, beside: Mapping[str, bytes] = MappingPr
         for part in parts:
             part["material"] = None
     return parts
+
+
+def _refuse_compression(tree: Mapping[str, Any], name: str) -> None:
+    """InputError for a file whose numbers are compressed in a way that is not read here."""
+    required = tree.get("extensionsRequired", ())
+    if "EXT_meshopt_compression" in required:
+        remedy = "Export it without that: gltfpack without -c, or gltf-transform copy"
+        raise InputError(name, "uses meshopt compression, which is not read", remedy)
+    if _DRACO in required and importlib.util.find_spec("DracoPy") is None:
+        remedy = "Install the extra draco: pip install 'lightarc[draco]', or export it without that"
+        raise InputError(name, "uses Draco compression, for which the library DracoPy is not installed", remedy)
 
 
 def has_materials(tree: Mapping[str, Any]) -> bool:
@@ -246,11 +258,12 @@ def _read_primitive(tree: Mapping[str, Any], accessors: _Accessors, primitive: M
         raise IndexError(number)
     places = [] if number is None else texture_places(tree["materials"][number])
     place = places[0] if places else TexturePlace()
+    corners = accessors.unpack(primitive)
     positions = accessors.values(attributes["POSITION"], 3)
     uv = accessors.table(attributes.get(f"TEXCOORD_{place.number}"), 2, len(positions))
     return {
         "positions": positions,
-        "faces": _faces(accessors, primitive, len(positions)),
+        "faces": _faces(accessors, primitive, len(positions), corners),
         "normals": accessors.table(attributes.get("NORMAL"), 3, len(positions)),
         "uv": None if uv is None else place.transform(uv) * (1.0, -1.0) + (0.0, 1.0),
         "colours": accessors.colours(attributes.get("COLOR_0"), len(positions)),
@@ -258,8 +271,12 @@ def _read_primitive(tree: Mapping[str, Any], accessors: _Accessors, primitive: M
     }
 
 
-def _faces(accessors: _Accessors, primitive: Mapping[str, Any], count: int) -> NDArray[np.int64]:
-    """(F, 3) indices of vertices, −1 for those that are not there."""
+def _faces(
+    accessors: _Accessors, primitive: Mapping[str, Any], count: int, corners: NDArray[np.int64] | None
+) -> NDArray[np.int64]:
+    """(F, 3) indices of vertices, −1 for those that are not there; `corners` are those that were compressed."""
+    if corners is not None:
+        return np.where((corners >= 0) & (corners < count), corners, -1).reshape(-1, 3)
     if "indices" in primitive:
         corners = accessors.values(primitive["indices"], 1).reshape(-1).astype(np.int64)
     else:
@@ -301,6 +318,7 @@ class _Accessors:
     def __init__(self, tree: dict[str, Any], body: bytes, beside: Mapping[str, bytes], name: str) -> None:
         self.tree, self.body, self.beside, self.name = tree, body, beside, name
         self._decoded: dict[str, bytes] = {}
+        self._unpacked: dict[int, Array] = {}
 
     def _accessor(self, index: int) -> dict[str, Any]:
         if index < 0:
@@ -325,9 +343,39 @@ class _Accessors:
         found = self.table(index, columns, count)
         return None if found is None else np.clip(np.nan_to_num(found[:, :3], nan=1.0), 0.0, 1.0)
 
+    def unpack(self, primitive: Mapping[str, Any]) -> NDArray[np.int64] | None:
+        """The corners of the triangles of a primitive that Draco compressed, whose accessors get their numbers.
+
+        None for others. Vertices have another order there than in what the accessors hold, if anything.
+        """
+        packed = _dict(_dict(primitive, "extensions"), _DRACO)
+        if not packed or importlib.util.find_spec("DracoPy") is None:
+            return None
+        attributes = primitive["attributes"]
+        most = max(self.count(index) for index in (*attributes.values(), primitive["indices"]))
+        if not 0 <= most <= MAX_NUMBERS // 4:
+            raise self._refuse()
+        view = self.tree["bufferViews"][packed["bufferView"]]
+        content, start = self._content(self.tree["buffers"][view["buffer"]].get("uri")), int(view.get("byteOffset", 0))
+        if not 0 <= start <= start + int(view["byteLength"]) <= len(content):
+            raise self._refuse()
+        mesh = readers.load("DracoPy:decode")(content[start : start + int(view["byteLength"])])
+        for key, number in _dict(packed, "attributes").items():
+            found = mesh.get_attribute_by_unique_id(int(number))
+            accessor = self._accessor(attributes[key])
+            values = np.array(found["data"], np.float64).reshape(-1, _COLUMNS[accessor["type"]])
+            if len(values) != self.count(attributes[key]) or len(mesh.faces) * 3 > self.count(primitive["indices"]):
+                raise InputError(self.name, "is damaged: its compressed numbers are not as many as it says", AGAIN)
+            self._unpacked[attributes[key]] = values
+        return np.asarray(mesh.faces, np.int64).reshape(-1)
+
     def values(self, index: int, columns: int) -> Array:
         """(N, columns) numbers of an accessor."""
         accessor = self._accessor(index)
+        if index in self._unpacked:
+            if self._unpacked[index].shape[1] != columns:
+                raise self._refuse()
+            return self._to_fractions(accessor, self._unpacked[index])
         count, kind = self.count(index), int(accessor["componentType"])
         if _COLUMNS.get(accessor["type"]) != columns or not 0 <= count * columns <= MAX_NUMBERS:
             raise self._refuse()
@@ -347,10 +395,14 @@ class _Accessors:
             if changed and not 0 <= rows.min() <= rows.max() < count:
                 raise self._refuse()
             found[rows] = new
-        if accessor.get("normalized"):
-            largest = float(np.iinfo(np.dtype(_TYPES[kind])).max)
-            found = np.maximum(found / largest, -1.0)
-        return found
+        return self._to_fractions(accessor, found)
+
+    def _to_fractions(self, accessor: Mapping[str, Any], found: Array) -> Array:
+        """Numbers of an accessor, whole ones that stand for fractions as these."""
+        if not accessor.get("normalized"):
+            return found
+        largest = float(np.iinfo(np.dtype(_TYPES[int(accessor["componentType"])])).max)
+        return np.maximum(found / largest, -1.0)
 
     def _view(self, index: int, offset: int, kind: int, count: int, columns: int) -> Array:
         view = self.tree["bufferViews"][index]
