@@ -99,7 +99,7 @@ def _layer(
             "#usda 1.0",
             "(",
             f'    defaultPrim = "{root}"',
-            f'    doc = "Made by Lightarc {engine.__version__}. {loss}"',
+            f"    doc = {_quote(f'Made by Lightarc {engine.__version__}. {loss}')}",
         ),
         *("    metersPerUnit = 1", '    upAxis = "Y"', ")", ""),
         *(f'def Xform "{root}" (', '    kind = "component"', ")", "{"),
@@ -205,6 +205,11 @@ def _shader(name: str, lines: list[str] | tuple[str, ...]) -> Iterator[str]:
     yield from ("", f'        def Shader "{name}"', "        {")
     yield from (f"            {line}" for line in lines)
     yield "        }"
+
+
+def _quote(text: str) -> str:
+    """A string of USD."""
+    return '"' + text.replace("\\", r"\\").replace('"', r"\"") + '"'
 
 
 def _vector(values: NDArray[np.floating]) -> str:
