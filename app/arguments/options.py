@@ -57,11 +57,11 @@ def settings_from(arguments: argparse.Namespace, of: type[Any], without: Iterabl
 
 
 def add_search(parser: argparse.ArgumentParser) -> None:
-    """The folder of images that a document names."""
+    """The folder of images and libraries that a document names."""
     parser.add_argument(
         "--search",
         type=Input(),
         metavar="FOLDER",
-        help="a folder, with those below, in which images that a MaterialX or glTF document names may lie, beside its "
-        "own; names lead there as from the document, or are looked for from FOLDER on",
+        help="a folder, with those below, in which images that a document names may lie (MaterialX, glTF, USD), and "
+        "libraries of OBJ models; names lead there as from the document, or are looked for from FOLDER on",
     )

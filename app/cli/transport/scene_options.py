@@ -110,7 +110,7 @@ def take_own_material(arguments: argparse.Namespace) -> list[str]:
 
     path = Path(arguments.mesh)
     is_model = path.suffix.lower() in (".glb", ".gltf", ".obj", ".ply") or (path.is_file() and is_usd(path))
-    if is_model and (doubt := find_doubt_of_parts(path)) is not None:
+    if is_model and (doubt := find_doubt_of_parts(path, getattr(arguments, "search", None))) is not None:
         return [f"{path.name} {doubt}"] if doubt else []
     if not is_model and not (_is_bundle(path) or holds_material(path)):
         return []

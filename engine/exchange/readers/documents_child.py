@@ -36,8 +36,8 @@ _INCLUDE, _MAX_INCLUDED = re.compile(rb'<xi:include[^<>]{1,200}?href="([^"<>]{1,
 
 _REMEDIES = {
     "materialx": "Copy the textures beside the document, or name their folder with --search",
-    "mtl": "Copy the textures beside it",
-    "gltf": "Export it as .glb",
+    "mtl": "Copy the textures beside it, or name their folder with --search",
+    "gltf": "Export it as .glb, or name the folder of its images with --search",
     "usd": "Copy the textures beside it, name their folder with --search, or export it as .usdz",
 }
 
@@ -120,9 +120,10 @@ def list_libraries(path: Path) -> list[str]:
     return [str(name) for name in _scan(path)["libraries"]]
 
 
-def library_beside(path: Path, named: str) -> Path:
-    """The library that an OBJ file calls `named`; InputError where it is not there."""
-    return file_beside(path, named.replace("\\", "/"), "Copy that as well")
+def library_beside(path: Path, named: str, search: Path | None = None) -> Path:
+    """The library that an OBJ file calls `named`, beside it or in `search`; InputError where it is not there."""
+    remedy = "Copy that as well, or name its folder with --search"
+    return file_beside(path, named.replace("\\", "/"), remedy, search)
 
 
 def _scan(path: Path) -> dict[str, Any]:

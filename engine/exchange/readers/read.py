@@ -67,7 +67,7 @@ def open_material(
     """The material at `path`, with those of the `parts` of its model where these are wanted; InputError where there is
     none, with what would be right.
 
-    `search` is a folder in which a MaterialX or glTF document may name files too.
+    `search` is a folder in which a document or a model may name files too.
     """
     return drain(read_material(path, parts=parts, search=search))
 
@@ -102,9 +102,9 @@ def split_name(path: str | os.PathLike[str]) -> tuple[Path, str]:
     return Path(file), name
 
 
-def find_doubt_of_parts(path: Path) -> str | None:
+def find_doubt_of_parts(path: Path, search: str | os.PathLike[str] | None = None) -> str | None:
     """None where a model brings materials of its parts; a sentence where it does not though it names some; otherwise
-    an empty text."""
+    an empty text. Libraries of an OBJ file may lie in the folder `search` too."""
     if not list_parts(path):
         return ""
     if not is_obj(path):
@@ -112,7 +112,7 @@ def find_doubt_of_parts(path: Path) -> str | None:
     libraries = list_libraries(path)
     try:
         for named in libraries:
-            library_beside(path, named)
+            library_beside(path, named, None if search is None else Path(search))
     except InputError as error:
         return f"is drawn without its materials: it {error.problem}"
     return None if libraries or list_parts(path) == [NO_MATERIAL] else ""
@@ -176,7 +176,7 @@ def describe(path: Path, name: str = "", search: Path | None = None) -> Describe
         path = document
     found = _kind(path)
     if found == "obj":
-        return _describe_obj(path, name)
+        return _describe_obj(path, name, search)
     if found == "ply":
         return describe_coloured(path)
     if found == "usd":
@@ -187,15 +187,15 @@ def describe(path: Path, name: str = "", search: Path | None = None) -> Describe
     return describe_document(path, kind, name, search)
 
 
-def _describe_obj(path: Path, name: str) -> Described:
+def _describe_obj(path: Path, name: str, search: Path | None) -> Described:
     """The material of this name in the libraries of an OBJ file, or the first with a map."""
-    libraries = [library_beside(path, named) for named in list_libraries(path)]
+    libraries = [library_beside(path, named, search) for named in list_libraries(path)]
     if not libraries and list_parts(path) == [NO_MATERIAL]:
         return describe_coloured(path)
     if not libraries:
         raise InputError(path, "names no library of materials (mtllib)", "Export it with its materials")
     if not name:
-        described = [_describe_obj(path, each) for each in list_parts(path)] or [_describe_obj(path, NO_MATERIAL)]
+        described = [_describe_obj(path, each, search) for each in list_parts(path) or [NO_MATERIAL]]
         taken = next((each for each in described if _images(each)), described[0])
         if len(described) == 1:
             return taken
@@ -203,7 +203,7 @@ def _describe_obj(path: Path, name: str) -> Described:
         return replace(taken, elsewhere=(words,))
     for library in libraries:
         try:
-            return describe_document(library, "mtl", name)
+            return describe_document(library, "mtl", name, search)
         except InputError as error:
             if not error.problem.startswith("has no material"):
                 raise

@@ -97,3 +97,15 @@ def test_a_model_without_its_library_says_so(model: Path) -> None:
         model.write_text(OBJ.replace("parts.mtl", wrong))
         with pytest.raises(InputError, match="outside its folder"):
             open_material(model)
+
+
+def test_libraries_and_their_images_may_lie_below_a_folder_that_is_named(model: Path) -> None:
+    kept = model.parent / "kept"
+    kept.mkdir()
+    for name in ("parts.mtl", "maps"):
+        (model.parent / name).rename(kept / name)
+    assert find_doubt_of_parts(model) != find_doubt_of_parts(model, kept) is None
+    with pytest.raises(InputError, match=r"parts\.mtl"):
+        open_material(model, parts=True)
+    found = open_material(model, parts=True, search=kept)
+    assert [each.name for each in found.parts][:2] == ["red paint", "worn"]
