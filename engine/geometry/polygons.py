@@ -53,6 +53,8 @@ class Polygons:
 def triangulate(polygons: Polygons) -> NDArray[np.int64]:
     """(T, 3) indices into `polygons.corners`, in the order of the polygons; those of fewer than 3 corners give none."""
     sizes = polygons.sizes
+    if (sizes == 3).all():
+        return np.arange(len(polygons.corners)).reshape(-1, 3)
     first = np.cumsum(sizes) - sizes
     inside = (polygons.corners >= 0) & (polygons.corners < len(polygons.points))
     points = polygons.points[np.where(inside, polygons.corners, 0)]
