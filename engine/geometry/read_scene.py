@@ -85,8 +85,10 @@ def read_stl(content: bytes, name: str) -> list[dict[str, Any]]:
     ]
 
 
-#: Most bytes for reading a triangle, measured on files of each kind, besides the file itself.
-FACE_BYTES = 1500
+#: Most bytes for reading a triangle, besides the file itself: measured by `python -m benchmarks --only large-models` on
+#: each kind, and a quarter more; text takes more than numbers, and triangles that share no vertices more than others.
+FACE_BYTES = {"ply": 950, "glb": 950, "gltf": 950, "stl": 900}
+TEXT_FACE_BYTES = 1400
 
 #: Least bytes of a triangle in a file, with its share of the vertices, for kinds that do not say how many there are.
 _MIN_BYTES = {"obj": 30, "glb": 18, "gltf": 18, "stl_ascii": 150}
@@ -105,8 +107,9 @@ def decoder_memory_bytes() -> int:
 def check_memory(path: str | os.PathLike[str]) -> None:
     """InputError for a mesh that would not fit in the memory that is free."""
     head, size_bytes = read_head(path, _HEAD_BYTES)
-    faces = estimate_faces(head, size_bytes, Path(path).suffix.lower().lstrip("."))
-    needed_bytes = faces * FACE_BYTES + 2 * size_bytes
+    kind = Path(path).suffix.lower().lstrip(".")
+    faces = estimate_faces(head, size_bytes, kind)
+    needed_bytes = faces * FACE_BYTES.get(kind, TEXT_FACE_BYTES) + 2 * size_bytes
     free = free_bytes()
     if needed_bytes > SHARE * free:
         raise InputError(
