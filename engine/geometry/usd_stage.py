@@ -339,16 +339,17 @@ class _Reader:
             key = "" if material is None else key_of(material.GetPrim())
             place = self._coordinates(key, material)
             colours = "displayColor" if material is None else place.colours
-            parts.append(
-                {
-                    "positions": points[np.where(inside, index, 0)],
-                    "faces": faces[chosen[face]],
-                    "normals": normals,
-                    "uv": self._uv(prim, place, spread),
-                    "colours": self._primvar(prim, colours, 3, spread) if colours else None,
-                    "material": self.names.get(key, NO_MATERIAL),
-                }
-            )
+            tables = {
+                "positions": points[spread.point],
+                "normals": normals,
+                "uv": self._uv(prim, place, spread),
+                "colours": self._primvar(prim, colours, 3, spread) if colours else None,
+            }
+            own = chosen[face_of_corner]  # corners of the part alone, in their order
+            number = np.append(np.cumsum(own) - 1, -1)
+            kept = {name: None if table is None else table[own] for name, table in tables.items()}
+            material_name = self.names.get(key, NO_MATERIAL)
+            parts.append({**kept, "faces": number[faces[chosen[face]]], "material": material_name})
         return [each for each in parts if len(each["faces"])]
 
     def _subsets(self, prim: Any, count: int) -> list[tuple[Any, NDArray[np.bool_]]]:

@@ -152,7 +152,9 @@ def list_triangles(mesh: Mapping[str, Any]) -> NDArray[np.float64]:
 @pytest.mark.parametrize("name", ["model.usda", "model.usdc", "model.usdz"])
 def test_a_model_is_that_of_gltf(folder: Path, name: str) -> None:
     wanted = decode_mesh((folder / "model.gltf").read_bytes(), "model.gltf", oriented=False)
-    np.testing.assert_allclose(list_triangles(decode(folder / name)), list_triangles(wanted), atol=2e-6)
+    found = decode(folder / name)
+    np.testing.assert_allclose(list_triangles(found), list_triangles(wanted), atol=2e-6)
+    assert found["figures"]["vertices_without_faces_dropped"] == 0
 
 
 def test_model_and_materials_of_a_package_are_those_of_gltf(folder: Path) -> None:
