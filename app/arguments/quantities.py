@@ -98,8 +98,10 @@ def share(text: str) -> float:
     if unit not in ("", "%"):
         raise argparse.ArgumentTypeError(f"{text[:_LONGEST]!r} is not a share such as 0.05 or 5%")
     if not unit and 1.0 < value < math.inf:
-        whole = f"{100.0 * value:.6g}%"
-        raise argparse.ArgumentTypeError(f"{text[:_LONGEST]} is {whole}; write that if it is meant, or {text.strip()}%")
+        hundredths = f"{100.0 * value:.6g}"  # as it can be typed, without separators
+        raise argparse.ArgumentTypeError(
+            f"{text[:_LONGEST]} is {hundredths}%; write that if it is meant, or {text.strip()}%"
+        )
     return value / 100.0 if unit else value
 
 
