@@ -124,7 +124,8 @@ def verb_of(line: str) -> str:
 
 
 def test_every_verb_is_run() -> None:
-    assert {verb_of(line) for line in RUN} == {verb for verb, _, _ in command_line.VERBS} - {"gui"}
+    measures_nothing = {"gui", "completion", "desktop-install"}
+    assert {verb_of(line) for line in RUN} == {verb for verb, _, _ in command_line.VERBS} - measures_nothing
 
 
 @pytest.mark.parametrize("line", RUN)

@@ -58,6 +58,7 @@ def test_a_predicted_bake_teaches_the_profile_unless_it_was_resumed(
     learnt = list[tuple[str, float, float]]()
     monkeypatch.setattr("engine.accuracy.bake_check.check_file", lambda *_words: (_ for _ in ()))
     monkeypatch.setattr(machine_profile, "learn", lambda *lesson: learnt.append(lesson[:3]))
+    monkeypatch.setattr("engine.transport.sh_method.casts_rays", lambda _work: False)
 
     def start(_path: Path) -> Steps[Any]:
         yield Step(0.5, "baking")

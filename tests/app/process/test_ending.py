@@ -156,12 +156,13 @@ class Stub:
             for _ in range(10**9): pass
         except KeyboardInterrupt:
             raise ImportError("a library found something else")
+OPTIONS = dict(json=False, quiet=False, log=None, threads=None, memory=None)
 class Parser:
     def __init__(self, only): pass
     def parse_args(self, words):
         import argparse
-        return argparse.Namespace(module=Stub, verb="stub", json=False)
-cli.build_parser, cli.check_results = Parser, lambda *_: None
+        return argparse.Namespace(module=Stub, verb="stub", **OPTIONS)
+cli.build_parser, cli.check_results = Parser, lambda *_: ()
 __main__.main()
 """
 
@@ -185,12 +186,13 @@ def run(options, show):
     finally:
         if HANGS:
             for _ in range(10**9): pass
+OPTIONS = dict(json=False, quiet=False, log=None, threads=None, memory=None)
 class Parser:
     def __init__(self, only): pass
     def parse_args(self, words):
         import argparse
-        return argparse.Namespace(module=argparse.Namespace(run=run), verb="stub", json=False)
-cli.build_parser, cli.check_results = Parser, lambda *_: None
+        return argparse.Namespace(module=argparse.Namespace(run=run), verb="stub", **OPTIONS)
+cli.build_parser, cli.check_results = Parser, lambda *_: ()
 __main__.main()
 """
 

@@ -295,7 +295,7 @@ def test_the_error_against_the_reference_states_its_uncertainty_and_it_falls(
 
 def test_lamps_are_added_dragged_changed_and_removed_one_step_each(view: MainWindow, qtbot: Any) -> None:
     lights, viewport, stack = view.view.lights, view.view.viewport, view.bench.document.undo_stack
-    assert lights.lamps.remove.toolTip() == "There are no lamps yet"
+    assert lights.lamps.remove.toolTip() == "There are no extra lights yet"
     count = stack.count()
     qtbot.mouseClick(lights.lamps.add, Qt.MouseButton.LeftButton)
     qtbot.mouseClick(lights.lamps.add, Qt.MouseButton.LeftButton)
@@ -327,21 +327,21 @@ def test_lamps_are_added_dragged_changed_and_removed_one_step_each(view: MainWin
 
 def test_a_near_lamp_is_added_dragged_changed_and_removed_one_step_each(view: MainWindow, qtbot: Any) -> None:
     near, viewport, stack = view.view.lights.near, view.view.viewport, view.bench.document.undo_stack
-    assert near.remove.toolTip() == "There are no near lamps yet"
+    assert near.remove.toolTip() == "There are no near lights yet"
     count = stack.count()
     qtbot.mouseClick(near.add, Qt.MouseButton.LeftButton)
     assert stack.count() == count + 1
     lamp = look(view).near_lamps[0]
     assert present(viewport.scene).near_lamps == (lamp.lamp,)
     change(view, mode="sh")
-    assert "leaves out the lamps near" not in view.view.hint.text()
+    assert "does not show near lights" not in view.view.hint.text()
     assert not view.view.images.why_no_error
     change(view, comparing="wipe", against="wavelet")
-    assert "Wavelets leaves out the lamps near" in view.view.hint.text()
+    assert "Wavelets does not show near lights" in view.view.hint.text()
     assert "does not show the near lights, which the reference shows" in view.view.images.why_no_error
     view.undo.trigger()
     view.undo.trigger()
-    assert "leaves out the lamps near" not in view.view.hint.text()
+    assert "does not show near lights" not in view.view.hint.text()
     assert not view.view.images.why_no_error
     place = present(viewport.overlay.handle(0, near=True)).toPoint()
     drag(viewport, place, place + QPoint(-30, 40))

@@ -36,7 +36,7 @@ def test_text_gives_back_the_instance(exponent: Any, albedo: Any) -> None:
         ("exponent=nan", "outside"),
         ("albedo=0.1/0.2", "one number or r/g/b"),
         ("exponent=1/2/3", "one number"),
-        ("exponent", "unknown parameter"),
+        ("exponent", "exponent needs a value, as exponent="),
         ("exponent=much", "not a number"),
     ],
 )

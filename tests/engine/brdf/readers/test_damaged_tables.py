@@ -26,7 +26,7 @@ from tests.engine.damage import COUNT, ROUNDS, Damage, find_damaged
 from tests.engine.storage.test_damage import assert_refused_in_words, each_written
 
 #: Files that keep size and header, of which all are alike, that are read to the end.
-READ_TO_THE_END = 12
+READ_TO_THE_END = 8
 
 
 def assert_possible(table: Any, damage: Damage) -> None:

@@ -18,7 +18,10 @@ def test_a_text_names_a_model() -> None:
 
 
 def test_a_word_that_is_neither_file_nor_model_is_offered_both() -> None:
-    with pytest.raises(ValueError, match=r"'gggx:alpha=0.2' is neither a file nor a BRDF model; models are lambert, "):
+    with pytest.raises(
+        ValueError,
+        match=r"'gggx:alpha=0.2' is neither a file nor a BRDF model \(did you mean ggx\?\); models are lambert, ",
+    ):
         open_brdf("gggx:alpha=0.2")
 
 
