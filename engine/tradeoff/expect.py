@@ -17,6 +17,7 @@ from typing import Any
 from scipy.special import ndtr
 
 from engine.planning.choices import FRAMES
+from engine.planning.costs.planned import planning_of
 from engine.planning.costs.setting import Setting
 from engine.planning.effects.estimates import Estimate, estimates, scenery
 from engine.planning.predicted_error import BETWEEN_PARTS, PredictedErrors
@@ -25,6 +26,7 @@ from engine.planning.small_images import Measured
 from engine.scene.mode import is_traced
 from engine.scene.scene import Scene
 from engine.tradeoff.point import Point
+from engine.transport import method as transport
 
 #: Deviation of the logarithm of an error that is measured, beside its uncertainty.
 EXACT = 1e-3
@@ -73,9 +75,13 @@ class Expectations:
             found[BETWEEN_PARTS] = Estimate(BETWEEN_PARTS, 0.0, "")
         return PredictedErrors(looked, found, None)
 
+    def can_draw(self, mode: str) -> bool:
+        """False where the BRDF has nothing that a mode is of, as Gaussians are of gloss."""
+        return mode not in transport.names() or planning_of(mode).can_draw(self.scene)
+
     def expect(self, setting: Setting, points: Sequence[Point]) -> Distribution | None:
-        """The error of `setting` beside measured `points`; None of the reference."""
-        if is_traced(setting.mode):
+        """The error of `setting` beside measured `points`; None of the reference, and of what `can_draw` denies."""
+        if is_traced(setting.mode) or not self.can_draw(setting.mode):
             return None
         measured = {**self.small, **{each.setting: _convert(each) for each in points if not is_traced(each.mode)}}
         prior = read_prior() if not points else replace(read_prior(), small=EXACT)

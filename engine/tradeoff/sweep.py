@@ -386,7 +386,8 @@ class _Run:
             return
         points = [each.point for each in self.found]
         left_out = list(dict.fromkeys(each.setting for each in self.left_out if not is_traced(each.setting.mode)))
-        for mode in {each.mode for each in left_out} - {each.mode for each in points}:
+        without = {each.mode for each in left_out} - {each.mode for each in points}
+        for mode in filter(self.expectations.can_draw, without):
             cheapest = self._cheapest([each for each in left_out if each.mode == mode])
             yield self._step(f"a small image of {cheapest[0]}")
             self.expectations.small.update(drain(measure_small(self.scene, cheapest, seed=self.seed)))

@@ -56,6 +56,13 @@ def test_a_measured_setting_moves_what_is_expected_of_its_mode(scene: Scene) -> 
     assert small.median > 2.0 * before.median
 
 
+def test_nothing_is_expected_of_a_mode_that_cannot_draw_the_brdf(scene: Scene) -> None:
+    """Gaussians are of gloss, which a diffuse BRDF lacks; a sweep of one ended in an error."""
+    diffuse = Expectations(replace(scene, brdf=brdf_from_text("lambert")), 1)
+    assert diffuse.expect(Setting("gaussian"), []) is None
+    assert diffuse.expect(LOW, []) is not None
+
+
 def test_a_mode_for_which_there_is_no_time_is_extrapolated(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """A sweep of few seconds with costs of which a bake takes minutes: it says what error it would have."""
     monkeypatch.setattr("engine.planning.small_images.SIZE", (24, 18))
