@@ -155,6 +155,8 @@ def lines(result: dict[str, Any]) -> list[str]:
     """The errors in sentences."""
     found = [*error_lines(result), *rounding_lines(result)]
     left_out = result.get("terms_not_stored", 0)
+    if "error_rmse_rel" in result and result["knobs"].get("bounces"):
+        found.append("errors of vertices are those of direct light: interreflection is compared in the check alone")
     if left_out:
         asked = left_out + result["knobs"]["terms"]
         found.append(f"{left_out} of the {asked} terms are not stored: they make no image better")

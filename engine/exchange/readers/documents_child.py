@@ -95,7 +95,7 @@ def describe_usd(path: Path, names: Sequence[str], search: Path | None = None) -
 
 
 def _has_image(sent: dict[str, Any], key: str) -> bool:
-    return sent["described"][key]["picture"] is not None
+    return sent["described"][key]["image"] is not None
 
 
 def _list_included(path: Path, search: Path | None) -> dict[str, Path]:
@@ -179,7 +179,7 @@ def describe_to_send(described: Described) -> dict[str, Any]:
     for each in inputs:
         one = values[each]
         image = None if one.image is None else _describe(one.image)
-        values[each] = {"factor": one.factor, "inverted": one.inverted, "picture": image, "name": each}
+        values[each] = {"factor": one.factor, "inverted": one.inverted, "image": image, "name": each}
     return {"described": {**values, "credits": described.credits.entries}, "inputs": inputs, **arrays}
 
 
@@ -196,7 +196,7 @@ def _describe(image: Image) -> dict[str, Any]:
 
 
 def _input(path: Path, kind: Kind, said: dict[str, Any], reply: dict[str, Any], search: Path | None) -> Input:
-    factor, inverted, image = tuple(map(float, said["factor"])), bool(said["inverted"]), said["picture"]
+    factor, inverted, image = tuple(map(float, said["factor"])), bool(said["inverted"]), said["image"]
     if image is None:
         return Input(factor, None, inverted)
     place, content = path, None

@@ -48,7 +48,7 @@ from engine.transport.baking.settings import Signs, WaveletSettings
 from engine.transport.baking.visibility import Receivers, portion, receivers, visibility_shares
 from engine.transport.baking.visibility_record import is_kept, keep_visibility
 from engine.transport.wavelet.haar import FACES, check_edge
-from engine.transport.wavelet.interreflection import Surroundings, bounce_of, reflections
+from engine.transport.wavelet.interreflection import Surroundings, gather_reflections, make_full_bounce
 from engine.transport.wavelet.quantise import STEP
 from engine.transport.wavelet.transfer import (
     DIFFUSE,
@@ -351,7 +351,7 @@ def _add_bounces(work: Work, writer: TransportWriter, recipe: Recipe) -> Steps[N
 def reflect(work: Work, direct: dict[str, NDArray[Any]]) -> Steps[dict[str, NDArray[Any]]]:
     """The vectors of bounces that belong to the `direct` ones of all vertices of `work`."""
     bounds = vertex_bounds(work.vertices, work.ground_vertex, work.settings.edge)
-    return (yield from reflections(surroundings_of(work), direct, work.settings.bounces, bounds))
+    return (yield from gather_reflections(surroundings_of(work), direct, work.settings.bounces, bounds))
 
 
 def surroundings_of(work: Work) -> Surroundings:
@@ -449,7 +449,7 @@ def estimate_s(work: Work) -> float:
     size = portion(settings.edge)
     total_s = shared_s + estimate_chunks_s(baker.compute_rows, work.vertices, work.ground_vertex, size)
     if settings.bounces:
-        bounce = bounce_of(surroundings_of(work), settings.coefficients)
+        bounce = make_full_bounce(surroundings_of(work), settings.coefficients)
         total_s += settings.bounces * estimate_chunks_s(bounce, work.vertices, work.ground_vertex, size)
     return total_s
 

@@ -74,24 +74,24 @@ class Surroundings:
         return row, np.where(on_model, self.terms, 1)
 
 
-def reflections(around: Surroundings, direct: Rows, bounces: int, bounds: NDArray[np.int64]) -> Steps[Rows]:
+def gather_reflections(around: Surroundings, direct: Rows, bounces: int, bounds: NDArray[np.int64]) -> Steps[Rows]:
     """Vectors of the light that comes by up to `bounces` reflections, as many rows as the `direct` ones.
 
     `bounds` cut the vertices into parts, none of which has some of the model and some of the ground.
     """
     latest, total = direct, {name: np.zeros_like(array) for name, array in direct.items()}
-    for bounce in range(bounces):
+    for number in range(bounces):
         found = {name: np.zeros_like(array) for name, array in direct.items()}
         for start, stop in pairwise(bounds):
             for some in _blocks(around, start, stop):
                 _gather(around, some, latest, found, total)
-            done = (bounce + stop / bounds[-1]) / bounces
-            yield Step(done, f"following bounce {bounce + 1} of {bounces}")
+            done = (number + stop / bounds[-1]) / bounces
+            yield Step(done, f"following bounce {number + 1} of {bounces}")
         latest = found
     return total
 
 
-def bounce_of(around: Surroundings, coefficients: int) -> Callable[[NDArray[np.int64]], object]:
+def make_full_bounce(around: Surroundings, coefficients: int) -> Callable[[NDArray[np.int64]], object]:
     """A bounce of full vectors at vertices, to see how long it takes."""
     count = around.first * around.terms + len(around.frames) - around.first
     full: Rows = {
@@ -123,7 +123,7 @@ def _gather(around: Surroundings, vertices: NDArray[np.int64], latest: Rows, fou
     taken = _light_weights(around, own, direction[met]) * (np.pi / around.rays)
     row, count = around.rows_of(source)
     into, rows = around.rows_of(vertices)
-    bounce(
+    follow_bounce(
         np.searchsorted(met, np.arange(len(vertices) + 1) * around.rays),
         taken,
         sent,
@@ -181,7 +181,7 @@ def _look_up(factors: SeparableFactors, maps: NDArray[np.float32], local: Vector
 
 
 @parallel
-def bounce(
+def follow_bounce(
     start: NDArray[np.integer],
     taken: NDArray[np.floating],
     sent: NDArray[np.floating],
