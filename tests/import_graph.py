@@ -37,11 +37,18 @@ def module_of(path: Path) -> str:
     return ".".join(path.relative_to(PROJECT).with_suffix("").parts).removesuffix(".__init__")
 
 
+def imports_in(text: str) -> Iterator[tuple[int, str]]:
+    """Line and dotted name of what a module imports anywhere: without a tree, which takes twenty times as long."""
+    for match in _FROM.finditer(text):
+        line = 1 + text.count("\n", 0, match.start())
+        yield from ((line, f"{match[1]}.{name}") for name in re.findall(r"(\w+)(?: as \w+)?", match[2]))
+    for match in _IMPORT.finditer(text):
+        yield 1 + text.count("\n", 0, match.start()), match[1]
+
+
 def names_in(text: str) -> Iterator[str]:
     """Dotted names that a module imports anywhere or names in a string."""
-    for module, names in _FROM.findall(text):
-        yield from (f"{module}.{name}" for name in re.findall(r"\w+", names))
-    yield from _IMPORT.findall(text)
+    yield from (name for _line, name in imports_in(text))
     yield from _STRING.findall(text)
 
 

@@ -14,6 +14,8 @@ from pathlib import Path, PurePosixPath
 
 import pytest
 
+from tests.import_graph import imports_in
+
 PROJECT = Path(__file__).resolve().parents[1]
 
 #: All packages, lowest first: each imports itself and packages before it, also for type checkers and within functions.
@@ -112,15 +114,10 @@ def import_capture(module: str) -> Iterator[tuple[int, str]]:
     Lists of modules by name (verbs, methods, measurements, figures) are the seams where a low package is given what it
     calls; they are no imports.
     """
-    known = modules()
-    for node in ast.walk(ast.parse(known[module].read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            yield from ((node.lineno, alias.name) for alias in node.names if alias.name in known)
-        elif isinstance(node, ast.ImportFrom):
-            for alias in node.names:
-                full = f"{node.module}.{alias.name}"
-                if full in known or node.module in known:
-                    yield node.lineno, full if full in known else str(node.module)
+    for line, name in imports_in(modules()[module].read_text(encoding="utf-8")):
+        imported = name if name in modules() else name.rpartition(".")[0]
+        if imported in modules():
+            yield line, imported
 
 
 def test_every_folder_is_a_package_and_every_package_a_folder() -> None:
