@@ -2,7 +2,7 @@
 
 One JSON object on standard output with `--json` and nothing else there; progress and messages go to standard error.
 Exit codes: 0 done, 2 wrong usage, 3 bad input or output, 4 cancelled, 5 a needed capability is missing,
-6 memory, threads or processes ran out.
+6 memory, threads or processes ran out, 7 some captures of a batch failed, 8 all of them.
 
 A word that is no verb but the name of a file opens the window with it, and `help VERB` is `VERB -h`.
 
@@ -66,6 +66,11 @@ VERBS = (
         "normals",
         "app.cli.normals",
         "Find normals, height, base colour, roughness and specular maps of a stack, with their uncertainty.",
+    ),
+    (
+        "batch",
+        "app.cli.batch",
+        "Make materials, projects and exports of many captures in one run that can be stopped and goes on.",
     ),
     ("render", "app.cli.transport.render", "Draw a material on a model."),
     (
@@ -137,7 +142,7 @@ _FEW_OPTIONS = 12
 
 EXIT_CODES = (
     "exit codes: 0 done, 2 wrong usage, 3 a file that cannot be used, 4 cancelled, 5 something is missing from the "
-    "machine, 6 memory, threads or processes ran out"
+    "machine, 6 memory, threads or processes ran out, 7 some captures of a batch failed, 8 all of them"
 )
 
 

@@ -1,0 +1,159 @@
+"""The record of a batch: an SQLite file in the folder of its results that says of each capture how far it is.
+
+A capture is waiting, running, done or failed. The record is a memory of what happened and what it took; whether a
+capture is done in truth its folder says (`app.batch.making`). So a batch may end at any moment: what was running is
+waiting again when it goes on. One process at a time works on a batch: it holds the lock of the file.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sqlite3
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from app.batch.captures import Capture, capture_from
+from engine.core.errors import InputError, OutputError
+
+State = Literal["waiting", "running", "done", "failed"]
+STATES: tuple[State, ...] = ("waiting", "running", "done", "failed")
+
+#: The file of the record, the number by which it is known as one, and that of its form.
+FILE, APPLICATION, FORM = "batch.sqlite", 0x4C425443, 1
+
+_TABLES = """
+CREATE TABLE capture (
+    name TEXT PRIMARY KEY, capture TEXT NOT NULL, state TEXT NOT NULL DEFAULT 'waiting', stamp TEXT NOT NULL DEFAULT '',
+    reason TEXT NOT NULL DEFAULT '', seconds REAL, record TEXT NOT NULL DEFAULT '{}'
+);
+CREATE TABLE choice (name TEXT PRIMARY KEY, value TEXT NOT NULL);
+"""
+
+#: Problems and remedies by the codes of SQLite.
+_CAUSES = {
+    sqlite3.SQLITE_BUSY: ("another run is at work on this batch", "Wait until it has ended, or stop it"),
+    sqlite3.SQLITE_FULL: ("the disk is full", "Free some space or choose another disk"),
+    sqlite3.SQLITE_READONLY: ("writing here is not permitted", "Choose another folder or change its permissions"),
+}
+
+
+_REMEDY = "Remove it, and name the captures again: those that are done are not made again"
+
+
+@dataclass(frozen=True)
+class Row:
+    """What the record says of one capture.
+
+    Attributes
+    ----------
+    stamp : of the files and choices that it was made from (`app.batch.run`), '' before that.
+    reason : why it failed, in a sentence.
+    seconds : that making it took; None where nobody measured it.
+    record : figures and files of its folder (`app.batch.making.RECORD`).
+    """
+
+    capture: Capture
+    state: State = "waiting"
+    stamp: str = ""
+    reason: str = ""
+    seconds: float | None = None
+    record: dict[str, Any] = field(default_factory=dict)
+
+
+class Record:
+    """An open record, which this process alone may change."""
+
+    def __init__(self, connection: sqlite3.Connection, path: Path) -> None:
+        self._connection, self._path = connection, path
+
+    def rows(self) -> list[Row]:
+        """All captures, in the order in which they joined."""
+        columns = "capture, state, stamp, reason, seconds, record"
+        with _explain(self._path):
+            found: list[Any] = self._connection.execute(f"SELECT {columns} FROM capture ORDER BY rowid").fetchall()
+            return [
+                Row(capture_from(text), state, stamp, reason, seconds, json.loads(record))
+                for text, state, stamp, reason, seconds, record in found
+            ]
+
+    def put(self, rows: Iterable[Row]) -> None:
+        """Write what is known of some captures now, new ones included, on the disk when this returns."""
+        values = [
+            (
+                *(row.capture.name, row.capture.as_text(), row.state, row.stamp, json.dumps(row.reason)[1:-1]),
+                *(row.seconds, json.dumps(row.record)),
+            )
+            for row in rows
+        ]
+        names = ("capture", "state", "stamp", "reason", "seconds", "record")
+        update = ", ".join(f"{name} = excluded.{name}" for name in names)
+        statement = f"INSERT INTO capture VALUES (?, ?, ?, ?, ?, ?, ?) ON CONFLICT(name) DO UPDATE SET {update}"
+        with _explain(self._path), self._connection:
+            self._connection.executemany(statement, values)
+
+    def choices(self) -> dict[str, Any]:
+        """The choices of the latest run."""
+        with _explain(self._path):
+            rows = self._connection.execute("SELECT name, value FROM choice").fetchall()
+            return {str(name): json.loads(value) for name, value in rows}
+
+    def choose(self, choices: dict[str, Any]) -> None:
+        """Keep the choices of this run for those that go on with it."""
+        with _explain(self._path), self._connection:
+            rows = [(name, json.dumps(value)) for name, value in choices.items()]
+            self._connection.executemany("INSERT OR REPLACE INTO choice VALUES (?, ?)", rows)
+
+
+@contextlib.contextmanager
+def open_record(folder: Path) -> Iterator[Record]:
+    """The record of the batch in `folder`, a new one where there is none, held by this process within the block.
+
+    Raises InputError where the file is no record or damaged, OutputError where another process holds it or it cannot be
+    written.
+    """
+    path = folder / FILE
+    with _explain(path):
+        connection = sqlite3.connect(path, timeout=1.0)
+    with contextlib.closing(connection):
+        with _explain(path):
+            connection.execute("PRAGMA locking_mode = EXCLUSIVE")
+            connection.execute("PRAGMA trusted_schema = OFF")
+            connection.execute("BEGIN EXCLUSIVE")
+            about = [connection.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version")]
+            if about == [0, 0] and not connection.execute("SELECT 1 FROM sqlite_master").fetchone():
+                for statement in filter(str.strip, _TABLES.split(";")):
+                    connection.execute(statement)
+                connection.execute(f"PRAGMA application_id = {APPLICATION}")
+                connection.execute(f"PRAGMA user_version = {FORM}")
+                about = [APPLICATION, FORM]
+            connection.commit()
+        if about[0] != APPLICATION:
+            raise InputError(path, "is not the record of a batch", "Choose another folder for the results")
+        if about[1] != FORM:
+            raise InputError(path, "was made by a newer version", "Update Lightarc")
+        yield Record(connection, path)
+
+
+@contextlib.contextmanager
+def _explain(path: Path) -> Iterator[None]:
+    """Errors of SQLite within the block as those of the file."""
+    try:
+        yield
+    except sqlite3.Error as error:
+        code = getattr(error, "sqlite_errorcode", 0) & 0xFF
+        if isinstance(error, sqlite3.OperationalError) and code in (
+            *_CAUSES,
+            sqlite3.SQLITE_CANTOPEN,
+            sqlite3.SQLITE_IOERR,
+        ):
+            said = (f"cannot be read or written ({error})", "Check the disk that it lies on")
+            raise OutputError(path, *_CAUSES.get(code, said)) from error
+        raise InputError(
+            path, f"is damaged ({error})", "Remove it: captures that are done are not made again"
+        ) from error
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        problem = f"is damaged ({' '.join(str(error).split())[:80]})"
+        raise InputError(path, problem, _REMEDY) from error

@@ -1,0 +1,351 @@
+"""The run of a batch: captures that are missing or have changed are made side by side, each in a process of its own.
+
+A process makes one capture at a time and is replaced after a failure, so that whatever a capture does to it costs that
+capture alone. It computes on one thread: captures are many, and one on each core leaves none idle. What a run does is
+decided by what is there (`app.batch.record`, and the folders of results), so that it may end at any moment and go on
+with the same call.
+
+Cost: 2 s for the start of a process, which then makes captures until one fails or `PER_PROCESS` are made; for each
+capture two rows in the record, some milliseconds.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+import os
+import queue
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import engine
+from app.batch.captures import Capture
+from app.batch.record import Record, Row
+from app.batch.report import write_report
+from app.project.made import hash_of
+from app.project.values import name_of
+from engine.core.budget import VARIABLES, free_bytes, thread_count
+from engine.core.errors import OutOfMemory
+from engine.core.figure_text import time_text
+from engine.core.steps import Step, Steps, time_left
+from engine.storage.atomic import make_folder
+
+#: The function that makes a capture, in a worker: of its text, and the order as JSON values.
+MAKE = "app.batch.making:make_of_request"
+
+#: Folder of the logs, one for each capture.
+LOGS = "logs"
+
+#: Captures that a process makes before it is replaced, whatever libraries leave behind in it.
+PER_PROCESS = 100
+
+#: Seconds that a capture may take where nobody says; the least memory of one, in bytes.
+TIME_LIMIT_S, LEAST_BYTES = 3600.0, 1 << 30
+
+#: Seconds between two looks at the workers, and between two versions of the report while a run goes on.
+LOOK_S, REPORT_S = 0.05, 10.0
+
+#: Seconds in which a process that is stopped removes what is half-written.
+TIDYING_S = 3.0
+
+#: Files that are looked at in the folder of a capture, at most.
+MAX_FILES = 10_000
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The way in which captures are made.
+
+    Attributes
+    ----------
+    template : a project, whose choices are those of all captures; None for those of a new one.
+    targets : exports that are written of each; None for those of the template.
+    workers : processes; None for one on each core.
+    time_limit_s, memory_limit_bytes : of one capture; None for an even share of the memory that is free.
+    """
+
+    template: Path | None = None
+    targets: tuple[str, ...] | None = None
+    workers: int | None = None
+    time_limit_s: float = TIME_LIMIT_S
+    memory_limit_bytes: int | None = None
+
+    @property
+    def worker_count(self) -> int:
+        return self.workers or thread_count()
+
+
+def make_batch(
+    output: Path, record: Record, captures: Sequence[Capture], settings: Settings, make: str | None = None
+) -> Steps[list[Row]]:
+    """Make those of `captures` that are missing in the folder `output`, or have changed; all rows of the `record`.
+
+    The `partial` of a step is a row that has changed. Closing the generator stops what is being made; not asking for
+    the next step lets that end, and nothing else begins. `make` is the function in place of `MAKE`. A failure of a
+    capture is part of its row. Raises OutputError where the record or the report cannot be written.
+    """
+    make_folder(output / LOGS)
+    rows = {row.capture.name: row for row in record.rows()}
+    chosen = {each.name: _stamp(each, settings) for each in captures}
+    left = deque(each for each in captures if not _is_done(rows.get(each.name), chosen[each.name], output))
+    for each in captures:
+        rows.setdefault(each.name, Row(each))
+    stale = [row for row in rows.values() if row.state == "running" and row.capture.name not in chosen]
+    rows |= {each.name: _again(rows[each.name], each, chosen[each.name]) for each in left}
+    rows |= {
+        row.capture.name: dataclasses.replace(row, state="waiting") for row in stale if row.capture.name not in chosen
+    }
+    record.put(rows.values())
+    report = _Report(output, settings)
+    report.write(rows)
+    total, begun_s, ended = len(left), time.monotonic(), 0
+    events: queue.SimpleQueue[tuple[Capture, dict[str, Any]]] = queue.SimpleQueue()
+    workers = [_Worker(output, settings, make or MAKE, events) for _ in range(min(settings.worker_count, total))]
+    progress: dict[str, float] = {}
+    try:
+        while left or progress:
+            for worker in workers:
+                if left and worker.is_idle:
+                    capture = left.popleft()
+                    rows[capture.name] = dataclasses.replace(rows[capture.name], state="running")
+                    record.put([rows[capture.name]])
+                    progress[capture.name] = 0.0
+                    worker.begin(capture)
+                    yield Step(_share(ended, progress, total), f"making {capture.name}", rows[capture.name])
+            try:
+                capture, event = events.get(timeout=LOOK_S)
+            except queue.Empty:
+                yield Step(_share(ended, progress, total), _words(ended, total, begun_s))
+                continue
+            if "done" in event:
+                progress[capture.name] = float(event["done"])
+            else:
+                del progress[capture.name]
+                ended += 1
+                rows[capture.name] = _row_of(rows[capture.name], event)
+                record.put([rows[capture.name]])
+                report.write(rows, every_s=REPORT_S)
+                yield Step(_share(ended, progress, total), _words(ended, total, begun_s), rows[capture.name])
+    finally:
+        for worker in workers:
+            worker.close()
+        for worker in workers:
+            worker.join()
+        unfinished = [dataclasses.replace(rows[name], state="waiting") for name in progress]
+        rows |= {row.capture.name: row for row in unfinished}
+        record.put(unfinished)
+        report.write(rows)
+    return list(rows.values())
+
+
+def _share(ended: int, progress: Mapping[str, float], total: int) -> float:
+    return min(1.0, (ended + sum(progress.values())) / max(1, total))
+
+
+def _words(ended: int, total: int, begun_s: float) -> str:
+    words = f"{ended} of {total} captures"
+    return words if not ended else f"{words}, {time_left((time.monotonic() - begun_s) / ended * (total - ended))}"
+
+
+def _again(row: Row, capture: Capture, stamp: str) -> Row:
+    """The row of a capture that is to be made, or looked at again."""
+    return dataclasses.replace(row, capture=capture, state="waiting", stamp=stamp, reason="")
+
+
+def _row_of(row: Row, event: Mapping[str, Any]) -> Row:
+    """The row of a capture that has ended; one that was found unchanged took what making it took."""
+    if "record" in event:
+        known = row.seconds if event["record"] == row.record else None
+        seconds = event["seconds"] if known is None else known
+        return dataclasses.replace(row, state="done", reason="", seconds=seconds, record=event["record"])
+    return dataclasses.replace(row, state="failed", reason=event["failed"], seconds=event["seconds"], record={})
+
+
+def _stamp(capture: Capture, settings: Settings) -> str:
+    """The hash of what a capture is made from, files by names, sizes and times of change.
+
+    Where it is another, contents decide (`app.batch.making`).
+    """
+    files = []
+    for path in (capture.place, *_files_below(capture.place)):
+        with contextlib.suppress(OSError):
+            about = path.stat()
+            files.append((os.fspath(path), about.st_size, about.st_mtime_ns))
+    template = "" if settings.template is None else hash_of(settings.template)
+    said = [engine.__version__, capture.as_text(), template, settings.targets, sorted(files)]
+    return name_of(json.dumps(said).encode())
+
+
+def _files_below(place: Path) -> list[Path]:
+    """Files in a folder and in its folders, none for an archive."""
+    found: list[Path] = []
+    for folder, _, names in os.walk(place):
+        found += [Path(folder, name) for name in names]
+        if len(found) > MAX_FILES:
+            break
+    return found
+
+
+def _is_done(row: Row | None, stamp: str, output: Path) -> bool:
+    return row is not None and row.state == "done" and row.stamp == stamp and (output / row.capture.name).is_dir()
+
+
+class _Report:
+    """Writes the report, and not again before some time has passed, which grows with the time that writing takes."""
+
+    def __init__(self, output: Path, settings: Settings) -> None:
+        self._output, self._settings, self._due_s = output, settings, 0.0
+
+    def write(self, rows: Mapping[str, Row], every_s: float = 0.0) -> None:
+        if every_s and time.monotonic() < self._due_s:
+            return
+        began_s = time.monotonic()
+        write_report(self._output, list(rows.values()))
+        now = time.monotonic()
+        self._due_s = now + max(every_s or REPORT_S, 50.0 * (now - began_s))
+
+
+class _Worker:
+    """A process that makes captures, and the thread that talks to it."""
+
+    def __init__(
+        self, output: Path, settings: Settings, make: str, events: queue.SimpleQueue[tuple[Capture, dict[str, Any]]]
+    ) -> None:
+        self._output, self._settings, self._make, self._events = output, settings, make, events
+        self._asked: queue.SimpleQueue[Capture | None] = queue.SimpleQueue()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._made, self._stopped, self.is_idle = 0, False, True
+        self._memory_bytes = settings.memory_limit_bytes or max(LEAST_BYTES, free_bytes() // settings.worker_count)
+        self._thread = threading.Thread(target=self._talk, name="batch", daemon=True)
+        self._thread.start()
+
+    def begin(self, capture: Capture) -> None:
+        self.is_idle = False
+        self._asked.put(capture)
+
+    def close(self) -> None:
+        """Ask nothing more: the process ends, whatever it is doing, and the thread after it."""
+        self._stopped = True
+        self._asked.put(None)
+        process = self._process
+        if process is not None and process.stdin is not None:
+            with contextlib.suppress(OSError):
+                process.stdin.close()
+
+    def join(self) -> None:
+        """Wait until the process has ended, which it may take `TIDYING_S` for."""
+        self._end()
+        self._thread.join(TIDYING_S)
+
+    def _talk(self) -> None:
+        while (capture := self._asked.get()) is not None:
+            began_s = time.monotonic()
+            event = self._carry_out(capture)
+            self.is_idle = True
+            self._events.put((capture, {**event, "seconds": round(time.monotonic() - began_s, 3)}))
+
+    def _carry_out(self, capture: Capture) -> dict[str, Any]:
+        """What became of a capture: its `record`, or the sentence why it `failed`."""
+        limit_s, late = self._settings.time_limit_s, threading.Event()
+        if self._stopped:
+            return {"failed": "It was stopped."}
+        try:
+            process = self._start()
+        except OSError as error:
+            return {"failed": str(OutOfMemory(f"No further process can be started ({error.strerror})"))}
+
+        def end_late() -> None:
+            late.set()
+            process.kill()
+
+        timer = threading.Timer(limit_s, end_late)
+        timer.daemon = True
+        timer.start()
+        try:
+            reply = self._ask(process, capture)
+        finally:
+            timer.cancel()
+        if reply is None or reply.pop("last", False) or "failed" in reply or self._made >= PER_PROCESS:
+            self._end()
+        if reply is not None:
+            return reply
+        if late.is_set():
+            return {"failed": f"It took longer than {time_text(limit_s)}, the limit of a capture. Give --time-limit."}
+        return {"failed": f"Its process ended ({_ending_of(process)}); its log says where."}
+
+    def _ask(self, process: subprocess.Popen[bytes], capture: Capture) -> dict[str, Any] | None:
+        """The last reply to a request; None where the process ended before that."""
+        template = self._settings.template
+        order = {"output": os.fspath(self._output), "targets": self._settings.targets}
+        order["template"] = None if template is None else os.fspath(template)
+        request = {
+            "function": self._make,
+            "arguments": [capture.as_text(), order],
+            "log": os.fspath(self._output / LOGS / f"{capture.name}.log"),
+            "memory_bytes": self._memory_bytes,
+            "threads": 1,
+        }
+        assert process.stdin is not None
+        assert process.stdout is not None
+        self._made += 1
+        try:
+            process.stdin.write(json.dumps(request).encode() + b"\n")
+            process.stdin.flush()
+            for line in process.stdout:
+                reply = json.loads(line)
+                if "done" not in reply:
+                    return dict(reply)
+                self._events.put((capture, reply))
+        except (OSError, ValueError):
+            pass
+        return None
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        """The process, a new one where there is none that lives."""
+        if self._process is None or self._process.poll() is not None:
+            self._end()
+            threads = dict.fromkeys(VARIABLES, "1")
+            path = os.pathsep.join(filter(None, sys.path))
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "app.batch.worker"],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                env={**os.environ, **threads, "PYTHONPATH": path, "PYTHONSAFEPATH": "1"},
+                start_new_session=sys.platform != "win32",
+            )
+            self._made = 0
+            if self._stopped:
+                self._process.kill()
+        return self._process
+
+    def _end(self) -> None:
+        """Let the process end, which it does when nobody can ask it any more."""
+        process, self._process = self._process, None
+        if process is None:
+            return
+        assert process.stdin is not None
+        with contextlib.suppress(OSError):
+            process.stdin.close()
+        try:
+            process.wait(TIDYING_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def _ending_of(process: subprocess.Popen[bytes]) -> str:
+    code = process.wait()
+    if code < 0:
+        with contextlib.suppress(ValueError):
+            return f"signal {signal.Signals(-code).name}"
+    return f"exit code {code}"
