@@ -148,6 +148,7 @@ LARGE = (
     "bake-checks",
     "window-soak",
     "cancel",
+    "batch",
     "project",
     "large-memory",
     "large-models",
@@ -183,6 +184,7 @@ ACCURACIES = {
     "bake-checks": "benchmarks.transport.bake_checks:bake_checks",
     "window-soak": "benchmarks.app.soak:window_soak",
     "cancel": "benchmarks.app.cancel:cancel",
+    "batch": "benchmarks.batch:batch",
     "project": "benchmarks.app.project:project",
     "project-size": "benchmarks.app.project_size:project_size",
     "large-memory": "benchmarks.app.large_memory:large_memory",
@@ -198,6 +200,7 @@ OPTIONS = {
     "bake-checks": ("scenes", "seed", "data", "modes"),
     "window-soak": ("runs", "run_s", "at_once", "seed", "record"),
     "cancel": ("runs", "seed"),
+    "batch": ("runs", "seed"),
     "large-memory": ("megapixels", "photographs"),
     "surface-sigma": ("scenes", "seed"),
     "fall-off": ("scenes", "seed"),
@@ -217,7 +220,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="also the measurements that take minutes: 24 megapixels, 4K frames, moving arcs, searches",
     )
     parser.add_argument(
-        "--runs", type=int, metavar="N", help="runs of window-soak, or signals for each verb of cancel (8)"
+        "--runs",
+        type=int,
+        metavar="N",
+        help="runs of window-soak, signals for each verb of cancel (8), or captures for each process of batch (24)",
     )
     parser.add_argument("--run-s", type=float, metavar="S", help="seconds of each run (8)")
     parser.add_argument("--at-once", type=int, metavar="N", help="runs of window-soak side by side (4)")
@@ -225,7 +231,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--seed",
         type=int,
         metavar="N",
-        help="seed of cancel and factors, or of the first run of window-soak, scene of predictions, capture of "
+        help="seed of batch, cancel and factors, or of the first run of window-soak, scene of predictions, capture of "
         "relighting or material of factor-bounds, fits or surface-sigma; more count up",
     )
     parser.add_argument(

@@ -87,6 +87,7 @@ EXCEPTIONS = {
 CATCHERS = {
     "app/project/recording.py Exception": "the border of a thread: work that cannot be recorded is said, and goes on",
     "app/jobs/jobs.py BaseException": "the border of a thread: whatever was raised becomes the job's outcome",
+    "app/batch/worker.py Exception": "the border of a process: whatever was raised is the failure of one capture",
     "app/viewport/gl_surface.py Exception": (
         "the border of a paint event: Qt would raise it in whatever Python code runs next"
     ),

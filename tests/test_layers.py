@@ -74,6 +74,7 @@ PACKAGES = (
     "app/document",
     "app/project",
     "app/commands",
+    "app/batch",
     "app/capture",
     "app/material",
     "app/brdf",

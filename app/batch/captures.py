@@ -79,9 +79,13 @@ class Capture:
 
 
 def capture_from(text: str) -> Capture:
-    """The capture of which `as_text` gave `text`."""
+    """The capture of which `as_text` gave `text`; ValueError for a name that is none of a folder."""
     said = json.loads(text)
-    return Capture(said["name"], Path(said["place"]), said["options"], said["metadata"])
+    name = str(said["name"])
+    if name != _file_name(name) or name.casefold() in _TAKEN:
+        raise ValueError(f"{name[:40]!r} is no name of a capture")
+    options, metadata = ({str(key): str(each) for key, each in said[kind].items()} for kind in ("options", "metadata"))
+    return Capture(name, Path(said["place"]), options, metadata)
 
 
 def find_captures(sources: Sequence[str], known: Collection[Capture] = ()) -> list[Capture]:
@@ -108,6 +112,12 @@ def find_captures(sources: Sequence[str], known: Collection[Capture] = ()) -> li
     return list(found.values())
 
 
+def _file_name(wish: str) -> str:
+    """`wish` in letters that every system takes."""
+    name = file_name(wish, "").strip(" .") or "capture"
+    return f"{name}-1" if name.split(".")[0].upper() in _RESERVED else name
+
+
 def _key(capture: Capture) -> tuple[str, ...]:
     """Equal for captures of the same photographs with the same options."""
     options = (f"{name}={text}" for name, text in sorted(capture.options.items()))
@@ -116,8 +126,7 @@ def _key(capture: Capture) -> tuple[str, ...]:
 
 def _free(wish: str, taken: Collection[str]) -> str:
     """`wish` as the name of a folder that nothing in `taken`, in small letters, is called."""
-    name = file_name(wish, "").strip(" .") or "capture"
-    name = f"{name}-1" if name.split(".")[0].upper() in _RESERVED else name
+    name = _file_name(wish)
     for at in range(1, MAX_CAPTURES + 2):
         tried = name if at == 1 else f"{name}-{at}"
         if tried.casefold() not in taken:
@@ -128,7 +137,7 @@ def _free(wish: str, taken: Collection[str]) -> str:
 def _find(given: str) -> Iterator[Capture]:
     """The captures of one source, with the names that they wish for."""
     if given.lower().endswith(".csv"):
-        yield from _listed(Path(given))
+        yield from _read_table(Path(given))
         return
     places = [Path(given)]
     if not os.path.lexists(given) and glob.has_magic(given):
@@ -184,7 +193,7 @@ def _is_photograph(entry: Path) -> bool:
     return not is_sidecar(entry) and entry.suffix.lower() in photograph_suffixes() and entry.is_file()
 
 
-def _listed(table: Path) -> Iterator[Capture]:
+def _read_table(table: Path) -> Iterator[Capture]:
     """The captures of a table; InputError names its row."""
     content = utf8(read_bytes(table, MAX_TABLE_BYTES)).decode("utf-8", "surrogateescape").removeprefix("\ufeff")
     head = content.split("\n", 1)[0]

@@ -68,7 +68,7 @@ _CREDITS = {"title": "title", "author": "author", "license": "license", "licence
 
 @dataclass(frozen=True)
 class Order:
-    """What is to be made of each capture of a batch: by the choices of the project `template`, into the folder
+    """The results that each capture of a batch has: by the choices of the project `template`, into the folder
     `output`, with an export to each of `targets`; None for those of the template, or a web page where it has none."""
 
     output: Path

@@ -24,13 +24,10 @@ STATES: tuple[State, ...] = ("waiting", "running", "done", "failed")
 #: The file of the record, the number by which it is known as one, and that of its form.
 FILE, APPLICATION, FORM = "batch.sqlite", 0x4C425443, 1
 
-_TABLES = """
-CREATE TABLE capture (
-    name TEXT PRIMARY KEY, capture TEXT NOT NULL, state TEXT NOT NULL DEFAULT 'waiting', stamp TEXT NOT NULL DEFAULT '',
-    reason TEXT NOT NULL DEFAULT '', seconds REAL, record TEXT NOT NULL DEFAULT '{}'
-);
-CREATE TABLE choice (name TEXT PRIMARY KEY, value TEXT NOT NULL);
-"""
+_STATEMENTS = (
+    "CREATE TABLE capture (name TEXT PRIMARY KEY, row TEXT NOT NULL)",
+    "CREATE TABLE choice (name TEXT PRIMARY KEY, value TEXT NOT NULL)",
+)
 
 #: Problems and remedies by the codes of SQLite.
 _CAUSES = {
@@ -45,7 +42,7 @@ _REMEDY = "Remove it, and name the captures again: those that are done are not m
 
 @dataclass(frozen=True)
 class Row:
-    """What the record says of one capture.
+    """The state of one capture, and its results.
 
     Attributes
     ----------
@@ -71,26 +68,14 @@ class Record:
 
     def rows(self) -> list[Row]:
         """All captures, in the order in which they joined."""
-        columns = "capture, state, stamp, reason, seconds, record"
         with _explain(self._path):
-            found: list[Any] = self._connection.execute(f"SELECT {columns} FROM capture ORDER BY rowid").fetchall()
-            return [
-                Row(capture_from(text), state, stamp, reason, seconds, json.loads(record))
-                for text, state, stamp, reason, seconds, record in found
-            ]
+            found = self._connection.execute("SELECT row FROM capture ORDER BY rowid").fetchall()
+            return [_row_from(json.loads(text)) for (text,) in found]
 
     def put(self, rows: Iterable[Row]) -> None:
         """Write what is known of some captures now, new ones included, on the disk when this returns."""
-        values = [
-            (
-                *(row.capture.name, row.capture.as_text(), row.state, row.stamp, json.dumps(row.reason)[1:-1]),
-                *(row.seconds, json.dumps(row.record)),
-            )
-            for row in rows
-        ]
-        names = ("capture", "state", "stamp", "reason", "seconds", "record")
-        update = ", ".join(f"{name} = excluded.{name}" for name in names)
-        statement = f"INSERT INTO capture VALUES (?, ?, ?, ?, ?, ?, ?) ON CONFLICT(name) DO UPDATE SET {update}"
+        values = [(row.capture.name, json.dumps({**vars(row), "capture": row.capture.as_text()})) for row in rows]
+        statement = "INSERT INTO capture VALUES (?, ?) ON CONFLICT(name) DO UPDATE SET row = excluded.row"
         with _explain(self._path), self._connection:
             self._connection.executemany(statement, values)
 
@@ -105,6 +90,26 @@ class Record:
         with _explain(self._path), self._connection:
             rows = [(name, json.dumps(value)) for name, value in choices.items()]
             self._connection.executemany("INSERT OR REPLACE INTO choice VALUES (?, ?)", rows)
+
+
+def read_rows(folder: Path) -> list[Row]:
+    """The captures of the batch in `folder`, none where there is no batch; raises as `open_record`."""
+    if not (folder / FILE).is_file():
+        return []
+    with open_record(folder) as record:
+        return record.rows()
+
+
+def _row_from(said: dict[str, Any]) -> Row:
+    """The row that was written as `said`; ValueError or TypeError where it is none."""
+    row = Row(**{**said, "capture": capture_from(said["capture"])})
+    texts = (row.stamp, row.reason)
+    is_number = row.seconds is None or isinstance(row.seconds, int | float)
+    if row.state not in STATES or not all(isinstance(text, str) for text in texts) or not is_number:
+        raise ValueError("a row holds values of other types")
+    if not isinstance(row.record, dict):
+        raise ValueError("a record is none")
+    return row
 
 
 @contextlib.contextmanager
@@ -124,7 +129,7 @@ def open_record(folder: Path) -> Iterator[Record]:
             connection.execute("BEGIN EXCLUSIVE")
             about = [connection.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version")]
             if about == [0, 0] and not connection.execute("SELECT 1 FROM sqlite_master").fetchone():
-                for statement in filter(str.strip, _TABLES.split(";")):
+                for statement in _STATEMENTS:
                     connection.execute(statement)
                 connection.execute(f"PRAGMA application_id = {APPLICATION}")
                 connection.execute(f"PRAGMA user_version = {FORM}")
@@ -134,6 +139,10 @@ def open_record(folder: Path) -> Iterator[Record]:
             raise InputError(path, "is not the record of a batch", "Choose another folder for the results")
         if about[1] != FORM:
             raise InputError(path, "was made by a newer version", "Update Lightarc")
+        with _explain(path):
+            found = [row[0] for row in connection.execute("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL")]
+            if sorted(found) != sorted(_STATEMENTS):
+                raise ValueError("it holds tables that no batch has")
         yield Record(connection, path)
 
 

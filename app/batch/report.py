@@ -31,7 +31,7 @@ from engine.storage.untrusted import read_bytes
 PAGE, CSV, JSON = "report.html", "report.csv", "report.json"
 
 #: Captures up to which the page holds their images; beyond that it names the files.
-MOST_IMAGES = 2000
+MAX_IMAGES = 2000
 
 _RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "batch"
 _IMAGE_LIMIT_BYTES = 1 << 20
@@ -121,7 +121,7 @@ def _page(folder: Path, rows: Sequence[Row], summary: Mapping[str, Any]) -> str:
     )
     counts = ", ".join(f"{summary[state]} {state}" for state in STATES if summary[state])
     total = sum(summary[state] for state in STATES)
-    embeds = len(rows) <= MOST_IMAGES
+    embeds = len(rows) <= MAX_IMAGES
     values = {
         "title": f"Batch {_escape(folder.name)}",
         "summary": f"{total} captures: {counts}. {time_text(summary['seconds'])} of work. "
@@ -172,7 +172,7 @@ def _figure(value: float | None, text: str | None = None) -> str:
 def _image(folder: Path, row: Row, *, embeds: bool) -> str:
     if row.state != "done" or not row.record.get("project"):
         return ""
-    path = data_folder(folder / row.capture.name / str(row.record["project"])) / "thumbnail.png"
+    path = data_folder(folder / row.capture.name / Path(row.record["project"]).name) / "thumbnail.png"
     if not embeds:
         return f'<img alt="" loading="lazy" src="{_escape(_address(path.relative_to(folder.absolute()).as_posix()))}">'
     try:

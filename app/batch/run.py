@@ -28,13 +28,13 @@ from pathlib import Path
 from typing import Any
 
 import engine
-from app.batch.captures import Capture
-from app.batch.record import Record, Row
+from app.batch.captures import Capture, find_captures
+from app.batch.record import Record, Row, open_record
 from app.batch.report import write_report
 from app.project.made import hash_of
-from app.project.values import name_of
+from app.project.values import in_full, name_of
 from engine.core.budget import VARIABLES, free_bytes, thread_count
-from engine.core.errors import OutOfMemory
+from engine.core.errors import OutOfMemory, UsageError
 from engine.core.figure_text import time_text
 from engine.core.steps import Step, Steps, time_left
 from engine.storage.atomic import make_folder
@@ -49,10 +49,14 @@ LOGS = "logs"
 PER_PROCESS = 100
 
 #: Seconds that a capture may take where nobody says; the least memory of one, in bytes.
-TIME_LIMIT_S, LEAST_BYTES = 3600.0, 1 << 30
+TIME_LIMIT_S, MIN_BYTES = 3600.0, 1 << 30
 
-#: Seconds between two looks at the workers, and between two versions of the report while a run goes on.
-LOOK_S, REPORT_S = 0.05, 10.0
+#: Seconds between two looks at the workers, and between two versions of the report while a run goes on; the share of
+#: the time that writing it may take.
+LOOK_S, REPORT_S, REPORT_SHARE = 0.05, 10.0, 0.02
+
+#: Processes that a capture may end before it has failed: one that was ended from outside is tried again.
+TRIES = 2
 
 #: Seconds in which a process that is stopped removes what is half-written.
 TIDYING_S = 3.0
@@ -82,6 +86,37 @@ class Settings:
     @property
     def worker_count(self) -> int:
         return self.workers or thread_count()
+
+
+def go_on(output: Path, sources: Sequence[str], settings: Settings) -> Steps[list[Row]]:
+    """Make the captures of `sources` in the folder `output`, or all that its record knows where there are none.
+
+    Where `settings` leave the template or the targets open, they are those of the last run there. The rows are those of
+    these captures. Raises what `find_captures`, `open_record` and `make_batch` raise, and UsageError without a capture.
+    """
+    yield Step(0.0, "looking for captures")
+    output = make_folder(in_full(output))
+    with open_record(output) as record:
+        known = [row.capture for row in record.rows()]
+        captures = find_captures(sources, known) if sources else known
+        if not captures:
+            raise UsageError("there is no capture: name folders of photographs, or a table of them")
+        settings = _complete(settings, record.choices())
+        template, targets = settings.template, settings.targets
+        record.choose({"template": None if template is None else os.fspath(template), "targets": targets})
+        names = {each.name for each in captures}
+        rows = yield from make_batch(output, record, captures, settings)
+        return [row for row in rows if row.capture.name in names]
+
+
+def _complete(settings: Settings, before: Mapping[str, Any]) -> Settings:
+    """`settings` with the template and the targets of the run `before`, as far as they are left open."""
+    template, targets = before.get("template"), before.get("targets")
+    if settings.template is None and template is not None:
+        settings = dataclasses.replace(settings, template=Path(template))
+    if settings.targets is None and targets is not None:
+        settings = dataclasses.replace(settings, targets=tuple(targets))
+    return settings if settings.template is None else dataclasses.replace(settings, template=in_full(settings.template))
 
 
 def make_batch(
@@ -211,7 +246,7 @@ class _Report:
         began_s = time.monotonic()
         write_report(self._output, list(rows.values()))
         now = time.monotonic()
-        self._due_s = now + max(every_s or REPORT_S, 50.0 * (now - began_s))
+        self._due_s = now + max(every_s or REPORT_S, (now - began_s) / REPORT_SHARE)
 
 
 class _Worker:
@@ -224,7 +259,7 @@ class _Worker:
         self._asked: queue.SimpleQueue[Capture | None] = queue.SimpleQueue()
         self._process: subprocess.Popen[bytes] | None = None
         self._made, self._stopped, self.is_idle = 0, False, True
-        self._memory_bytes = settings.memory_limit_bytes or max(LEAST_BYTES, free_bytes() // settings.worker_count)
+        self._memory_bytes = settings.memory_limit_bytes or max(MIN_BYTES, free_bytes() // settings.worker_count)
         self._thread = threading.Thread(target=self._talk, name="batch", daemon=True)
         self._thread.start()
 
@@ -254,33 +289,41 @@ class _Worker:
             self._events.put((capture, {**event, "seconds": round(time.monotonic() - began_s, 3)}))
 
     def _carry_out(self, capture: Capture) -> dict[str, Any]:
-        """What became of a capture: its `record`, or the sentence why it `failed`."""
-        limit_s, late = self._settings.time_limit_s, threading.Event()
-        if self._stopped:
-            return {"failed": "It was stopped."}
-        try:
-            process = self._start()
-        except OSError as error:
-            return {"failed": str(OutOfMemory(f"No further process can be started ({error.strerror})"))}
+        """The end of a capture: its `record`, or the sentence why it `failed`."""
+        ending = ""
+        for _ in range(TRIES):
+            if self._stopped:
+                return {"failed": "It was stopped."}
+            try:
+                process = self._start()
+            except OSError as error:
+                return {"failed": str(OutOfMemory(f"No further process can be started ({error.strerror})"))}
+            reply, is_late = self._ask_in_time(process, capture)
+            if reply is None or reply.pop("last", False) or "failed" in reply or self._made >= PER_PROCESS:
+                self._end()
+            if reply is not None:
+                return reply
+            if is_late:
+                limit = time_text(self._settings.time_limit_s)
+                return {"failed": f"It took longer than {limit}, the limit of a capture. Give --time-limit."}
+            ending = _describe_end(process)
+        return {"failed": f"Its process ended {TRIES} times ({ending}); its log says where."}
+
+    def _ask_in_time(self, process: subprocess.Popen[bytes], capture: Capture) -> tuple[dict[str, Any] | None, bool]:
+        """As `_ask`, by a process that is killed when it takes too long, and whether it was."""
+        late = threading.Event()
 
         def end_late() -> None:
             late.set()
             process.kill()
 
-        timer = threading.Timer(limit_s, end_late)
+        timer = threading.Timer(self._settings.time_limit_s, end_late)
         timer.daemon = True
         timer.start()
         try:
-            reply = self._ask(process, capture)
+            return self._ask(process, capture), late.is_set()
         finally:
             timer.cancel()
-        if reply is None or reply.pop("last", False) or "failed" in reply or self._made >= PER_PROCESS:
-            self._end()
-        if reply is not None:
-            return reply
-        if late.is_set():
-            return {"failed": f"It took longer than {time_text(limit_s)}, the limit of a capture. Give --time-limit."}
-        return {"failed": f"Its process ended ({_ending_of(process)}); its log says where."}
 
     def _ask(self, process: subprocess.Popen[bytes], capture: Capture) -> dict[str, Any] | None:
         """The last reply to a request; None where the process ended before that."""
@@ -343,7 +386,8 @@ class _Worker:
             process.wait()
 
 
-def _ending_of(process: subprocess.Popen[bytes]) -> str:
+def _describe_end(process: subprocess.Popen[bytes]) -> str:
+    """The signal or the code with which a process ended."""
     code = process.wait()
     if code < 0:
         with contextlib.suppress(ValueError):

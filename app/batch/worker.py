@@ -20,6 +20,7 @@ import time
 import traceback
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack, suppress
+from pathlib import Path
 from typing import Any
 
 import psutil
@@ -43,7 +44,8 @@ def main() -> None:
     """Answer requests until the pipe that they come through is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for the process that asks
     requests, replies = os.dup(0), os.dup(1)
-    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    with Path(os.devnull).open("rb") as nothing:
+        os.dup2(nothing.fileno(), 0)
     os.dup2(2, 1)  # what libraries print is no reply
     tell = _Teller(replies)
     asked: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
@@ -59,7 +61,7 @@ class _Teller:
     """Writes replies, each whole, from any thread."""
 
     def __init__(self, descriptor: int) -> None:
-        self._descriptor, self._lock, self._told_s = descriptor, threading.Lock(), 0.0
+        self._descriptor, self._lock, self._sent_s = descriptor, threading.Lock(), 0.0
 
     def __call__(self, reply: Mapping[str, Any]) -> None:
         line = memoryview(json.dumps(reply).encode() + b"\n")
@@ -70,8 +72,8 @@ class _Teller:
     def step(self, step: Step) -> None:
         """Tell a step, unless one was told just before."""
         now = time.monotonic()
-        if now - self._told_s >= TELL_S:
-            self._told_s = now
+        if now - self._sent_s >= TELL_S:
+            self._sent_s = now
             self({"done": step.done, "note": step.note})
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from app.arguments.common import thread_number
 from app.arguments.quantities import SECONDS, size_bytes
@@ -19,13 +19,13 @@ from engine.core.figure_text import time_text
 from engine.core.steps import Step, drain
 from engine.exchange.targets import EXPORTERS
 
+if TYPE_CHECKING:
+    from app.batch.run import Settings
+
 EXAMPLE = "lightarc batch museum/ -o results --template dome.lap --to web textures"
 
-#: Captures that failed, of which the summary names the reason.
-MAX_REASONS = 8
-
-#: The shortest time that a capture may be given, in seconds.
-LEAST_S = 1.0
+#: The shortest and the longest time that a capture may be given, in seconds.
+MIN_TIME_S, MAX_TIME_S = 1.0, 1e9
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -90,42 +90,19 @@ seconds, options, metadata, folder, files and log; stopped is true where the run
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from app.batch.captures import find_captures
     from app.batch.record import open_record
     from app.batch.report import describe, summarise
-    from app.batch.run import Settings, make_batch
-    from engine.storage.atomic import make_folder
+    from app.batch.run import go_on
 
-    if arguments.time_limit is not None and not LEAST_S <= arguments.time_limit <= 1e9:
-        raise UsageError(f"--time-limit {arguments.time_limit:g} s is outside 1 s … 1e9 s")
-    if arguments.to and "none" in arguments.to and len(set(arguments.to)) > 1:
-        raise UsageError("--to none writes no export: leave the other targets out")
-    show(Step(0.0, "looking for captures"))
-    output = make_folder(arguments.output.absolute())
-    with open_record(output) as record:
-        before = record.rows()
-        known = [row.capture for row in before]
-        captures = find_captures(arguments.sources, known) if arguments.sources else known
-        if not captures:
-            raise UsageError("there is no capture: name folders of photographs, or a table of them")
-        chosen = _choose(arguments, record.choices())
-        record.choose(chosen)
-        given = {"time_limit_s": arguments.time_limit, "memory_limit_bytes": arguments.memory_limit}
-        settings = Settings(
-            None if chosen["template"] is None else Path(chosen["template"]),
-            None if chosen["targets"] is None else tuple(chosen["targets"]),
-            arguments.workers,
-            **{name: value for name, value in given.items() if value is not None},
-        )
-        ending.keep_work()
-        stopped = False
-        try:
-            with closing(make_batch(output, record, captures, settings)) as steps:
-                drain(steps, show)
-        except KeyboardInterrupt:
-            stopped = True
-        names = {each.name for each in captures}
-        rows = [row for row in record.rows() if row.capture.name in names]
+    settings, stopped = _settings(arguments), False
+    ending.keep_work()
+    try:
+        with closing(go_on(arguments.output, arguments.sources, settings)) as steps:
+            rows = drain(steps, show)
+    except KeyboardInterrupt:
+        stopped = True
+        with open_record(arguments.output) as record:
+            rows = record.rows()
     summary = summarise(rows)
     code = CANCELLED if stopped else DONE if not summary["failed"] else SOME_FAILED if summary["done"] else ALL_FAILED
     return {
@@ -133,23 +110,24 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "captures": [describe(row) for row in rows],
         "folder": str(arguments.output),
         "stopped": stopped,
-        "warnings": _list_failures([row.capture.name for row in rows], [row.reason for row in rows]),
+        "warnings": [f"{row.capture.name}: {row.reason}" for row in rows if row.reason],
         "exit_code": code,
     }
 
 
-def _choose(arguments: argparse.Namespace, before: dict[str, Any]) -> dict[str, Any]:
-    """Template and targets of this run: those that are given, else those of the last one."""
-    chosen = {"template": before.get("template"), "targets": before.get("targets")}
-    if arguments.template is not None:
-        chosen["template"] = str(arguments.template.absolute())
-    if arguments.to:
-        chosen["targets"] = [] if "none" in arguments.to else list(dict.fromkeys(arguments.to))
-    return chosen
+def _settings(arguments: argparse.Namespace) -> Settings:
+    """The settings of a run; UsageError for those that cannot be."""
+    from app.batch.run import TIME_LIMIT_S, Settings
 
-
-def _list_failures(names: Sequence[str], reasons: Sequence[str]) -> list[str]:
-    return [f"{name}: {reason}" for name, reason in zip(names, reasons, strict=True) if reason]
+    limit_s = TIME_LIMIT_S if arguments.time_limit is None else arguments.time_limit
+    if not MIN_TIME_S <= limit_s <= MAX_TIME_S:
+        raise UsageError(f"--time-limit {limit_s:g} s is outside {MIN_TIME_S:g} s … {MAX_TIME_S:g} s")
+    targets = None if arguments.to is None else tuple(dict.fromkeys(arguments.to))
+    if targets is not None and "none" in targets:
+        if len(targets) > 1:
+            raise UsageError("--to none writes no export: leave the other targets out")
+        targets = ()
+    return Settings(arguments.template, targets, arguments.workers, limit_s, arguments.memory_limit)
 
 
 def report(result: dict[str, Any]) -> str:

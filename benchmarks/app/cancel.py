@@ -55,6 +55,7 @@ MEASURED = {
     "tradeoff": "tradeoff sphere --brdf ggx --env sky -o {output}",
     "bundle": "bundle verify {inputs}/shade",
     "export": "export {inputs}/shade --to textures gltf -o {output}",
+    "batch": "batch {inputs}/simulate -o {output} --to none",
     "normals": "normals {inputs}/import -o {output}",
     "selftest": "selftest",
     "bench": "bench --only brdf-ggx separable-48 reference-direct",

@@ -39,7 +39,9 @@ import numpy as np
 
 import lightarc
 from app import command_line
-from app.arguments.usage import BAD_FILE, DONE, MISSING, OUT_OF_MEMORY
+from app.arguments.usage import ALL_FAILED, BAD_FILE, DONE, MISSING, OUT_OF_MEMORY
+from app.batch.making import read_record
+from app.batch.record import open_record
 from app.project.project_file import is_waiting
 from app.project.report import describe
 from engine.capture.chart.correction import fit_correction
@@ -65,7 +67,7 @@ KINDS: tuple[Kind, ...] = ("atomic", "system", "allocation", "decoder")
 WEIGHTS = {"atomic": 3, "system": 3, "allocation": 3, "decoder": 1}
 
 CODES = (errno.ENOSPC, errno.EIO, errno.EACCES, errno.EMFILE, errno.EDQUOT, errno.EROFS)
-ALLOWED = (DONE, BAD_FILE, MISSING, OUT_OF_MEMORY)
+ALLOWED = (DONE, BAD_FILE, MISSING, OUT_OF_MEMORY, ALL_FAILED)
 
 #: What Python tells of files before it asks the system.
 EVENTS = frozenset(
@@ -108,6 +110,13 @@ class Work:
     keeps_temporary: bool = False
 
 
+def open_batch(folder: Path) -> None:
+    """Read the record of a batch and the folder of each capture that is done."""
+    with open_record(folder) as record:
+        for row in record.rows():
+            assert row.state != "done" or read_record(folder / row.capture.name) is not None
+
+
 def _verbs() -> Iterator[Work]:
     for name, one in SCENARIOS.items():
         begin = _interrupted if one.resumed else None
@@ -136,6 +145,8 @@ def _verbs() -> Iterator[Work]:
     for ending in ("mp4", "webp"):
         words = "render plane --turntable 2 " + "--background transparent " * (ending == "webp") + SMALL
         yield Work(f"turntable {ending}", words, None, f"a.{ending}")
+    words = "batch {inputs}/photographs -o {output} --to none --workers 1 --quiet"
+    yield Work("batch", words, None, "batch", open_batch, rare=True)
     yield Work("completion", "completion bash")
     yield Work("desktop", "desktop-install --folder {output}", None, "share")
     yield Work("plan", "plan {inputs}/mesh.obj --brdf lambert --env {inputs}/sky.png --width 24 --height 16", rare=True)
@@ -415,6 +426,7 @@ def _keep_cases(path: Path) -> None:
 @contextlib.contextmanager
 def reduced() -> Iterator[None]:
     """Images, beams and lights of previews and errors are few within the block: they only repeat what may fail."""
+    from app.batch import run
     from app.commands import export_bundle
     from engine.brdf import analysis
     from engine.exchange import loss
@@ -424,6 +436,7 @@ def reduced() -> Iterator[None]:
     small = functools.partial(LightArc, elevation=(0.3, 0.8, 1.3), size=16, interreflection=False)
     with contextlib.ExitStack() as stack:
         for where, name, value in (
+            (run, "MAKE", "tests.app.batch.fast:make"),
             (loss, "LIGHTS", 4),
             (loss, "DIAMETER", 24),
             (export_bundle, "SIZE", (32, 24)),

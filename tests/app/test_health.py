@@ -49,6 +49,7 @@ MORE = (
     "render {inputs}/mesh.obj -o {folder}/a.webp --width 8 --height 6 --samples 1 --turntable 2 --renderer cpu",
     f"{BAKED.replace('a.png', 'b.webp')} --turntable 2 --renderer cpu",
     "shade {inputs}/dome.stack --compare -o {folder}/compared",
+    "batch {inputs}/dome -o {folder}/batch --to none --workers 1",
     "project info {inputs}/a.lap",
     "project verify {inputs}/a.lap",
     "project collect {inputs}/a.lap -o {folder}/b.lap",
@@ -133,6 +134,7 @@ def test_health_is_said_and_stands_in_json(
     line: str, inputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     arc = LightArc(size=48, elevation=tuple(math.radians(angle) for angle in (20, 50, 90)))
+    monkeypatch.setattr("app.batch.run.MAKE", "tests.app.batch.fast:make")
     monkeypatch.setattr(demos, "LightArc", lambda: arc)
     monkeypatch.setattr(demos, "IMAGE_SIZE", (32, 20))
     monkeypatch.setattr("benchmarks.shading.SIDE", 16)

@@ -33,7 +33,7 @@ def make(text: str, order: Mapping[str, Any]) -> Steps[dict[str, Any]]:
         raise AssertionError(len(held))
     with atomic_folder(Path(order["output"]) / name, "capture.json") as folder:
         digest = hashlib.sha256()
-        for path in sorted(place.iterdir()):
+        for path in sorted(each for each in place.iterdir() if each.is_file()):
             digest.update(path.read_bytes())
             time.sleep(0.01)
             yield Step(0.5, f"read {path.name}")

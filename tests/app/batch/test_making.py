@@ -76,7 +76,7 @@ def test_a_batch_makes_what_the_verbs_make(lightarc: Command, source: Path, tmp_
 def make(name: str, source: Path, output: Path) -> dict[str, Any]:
     output.mkdir(exist_ok=True)
     said = {"name": name, "place": str(source / name), "options": {"slices": "3"}, "metadata": {"author": "Ada"}}
-    order = {"output": str(output), "template": None, "targets": []}
+    order: dict[str, Any] = {"output": str(output), "template": None, "targets": []}
     return drain(make_of_request(json.dumps(said), order))
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import random
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
@@ -12,10 +14,10 @@ from pathlib import Path
 
 import pytest
 
-from app.batch.captures import find_captures
-from app.batch.record import Row, open_record
+from app.batch.captures import Capture, find_captures
+from app.batch.record import FILE, Row, open_record
 from app.batch.run import Settings, make_batch
-from engine.core.errors import OutputError
+from engine.core.errors import InputError, OutputError
 from engine.core.steps import drain
 
 FAST = "tests.app.batch.fast:make"
@@ -108,6 +110,25 @@ def test_a_run_that_is_closed_stops_its_processes_and_goes_on(tmp_path: Path) ->
         "one": "done",
         "fine": "done",
     }
+
+
+def test_a_record_from_elsewhere_writes_nowhere_else(tmp_path: Path) -> None:
+    with open_record(tmp_path) as record:
+        record.put([Row(Capture("medal", tmp_path), "failed", reason='"\N{SNOWMAN}"\n')])
+        record.put(record.rows())
+        assert [row.reason for row in record.rows()] == ['"\N{SNOWMAN}"\n']
+    for statement in (
+        """UPDATE capture SET row = replace(row, 'medal', '../medal')""",
+        "CREATE TRIGGER t AFTER INSERT ON capture BEGIN DELETE FROM choice; END",
+        "PRAGMA application_id = 7",
+    ):
+        with contextlib.closing(sqlite3.connect(tmp_path / FILE)) as connection, connection:
+            connection.execute(statement)
+        with pytest.raises(InputError, match=r"batch\.sqlite: is"), open_record(tmp_path) as record:
+            record.rows()
+    (tmp_path / FILE).write_bytes(b"SQLite format 3\0" + 200 * b"?")
+    with pytest.raises(InputError, match="is damaged"), open_record(tmp_path):
+        pass
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGKILL")

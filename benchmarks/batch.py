@@ -1,0 +1,166 @@
+"""Batches of simulated captures: what the scheduler costs, what killed processes lose, and what memory grows by.
+
+A simulated capture waits, or computes, for a known time and writes one file, so that nothing but the scheduler and the
+processes is measured. A schedule of many more captures is simulated from what is measured here.
+"""
+
+from __future__ import annotations
+
+import heapq
+import json
+import random
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+
+from app.batch.captures import Capture
+from app.batch.making import RECORD
+from app.batch.record import Row, open_record
+from app.batch.run import REPORT_SHARE, Settings, make_batch
+from benchmarks.measure import Accuracy
+from engine.core.budget import thread_count
+from engine.core.steps import Step, Steps
+from engine.storage.atomic import atomic_folder, make_folder, write_bytes, write_json
+
+#: Captures for each process, seconds that one takes, and seconds between two kills.
+CAPTURES, CAPTURE_S, KILL_S = 24, 0.5, 3.0
+
+#: Processes of which the overhead is measured, and the schedule that is simulated: captures, processes, and seconds of
+#: a capture of 1 megapixel.
+PROCESSES, SCHEDULE = (2, 4, 8), (100_000, 64, 60.0)
+
+
+def wait(text: str, order: Mapping[str, Any]) -> Steps[dict[str, Any]]:
+    """A capture that takes `CAPTURE_S` of no core."""
+    yield Step(0.5, "waiting")
+    time.sleep(CAPTURE_S)
+    return _write(text, order)
+
+
+def compute(text: str, order: Mapping[str, Any]) -> Steps[dict[str, Any]]:
+    """A capture that takes `CAPTURE_S` of the time of one core."""
+    yield Step(0.5, "computing")
+    _compute()
+    return _write(text, order)
+
+
+def _compute() -> None:
+    values = np.linspace(0.0, 1.0, 1 << 14)
+    until = time.process_time() + CAPTURE_S
+    while time.process_time() < until:
+        values = np.sin(values)
+
+
+def _write(text: str, order: Mapping[str, Any]) -> dict[str, Any]:
+    name = json.loads(text)["name"]
+    with atomic_folder(Path(order["output"]) / name, RECORD) as folder:
+        write_bytes(folder / "made.txt", f"{time.time_ns()}".encode())
+        write_json(folder / RECORD, {"lightarc_capture": 1, "key": name})
+    return {"verdict": "good", "warnings": [], "photographs": 64}
+
+
+def batch(folder: Path, *, runs: int = CAPTURES, seed: int = 1) -> Steps[list[Accuracy]]:
+    """Captures that are lost or made twice while processes are killed, growth of memory, throughput, and overhead.
+
+    `runs` are captures for each process, `seed` decides which process is killed.
+    """
+    cores = thread_count()
+    found = []
+    lost, doubled, killed, slope_mb = yield from _kill(folder / "killed", runs * cores, cores, seed)
+    what = f"of {runs * cores} captures on {cores} processes, {killed} of which were killed"
+    found.append(Accuracy("batch-lost", float(lost), f"captures that are not there, {what}", 0.0))
+    found.append(Accuracy("batch-doubled", float(doubled), f"captures that were made twice, {what}", 0.0))
+    found.append(Accuracy("batch-memory", slope_mb, "MB that the scheduler grows by with a capture", 0.1))
+    one = yield from _spend(folder / "one", runs, 1, "compute")
+    all_cores = yield from _spend(folder / "all", runs * cores, cores, "compute")
+    what = f"throughput below that of one process times {cores}, each with {runs} captures of {CAPTURE_S} s"
+    found.append(Accuracy("batch-throughput", max(0.0, 1.0 - one / all_cores), what, 0.1))
+    for processes in PROCESSES:
+        taken_s = yield from _spend(folder / f"wait-{processes}", runs * processes, processes, "wait")
+        what = f"time beyond that of {runs} captures of {CAPTURE_S} s on each of {processes} processes that wait"
+        found.append(Accuracy(f"batch-overhead-{processes}", taken_s / (runs * CAPTURE_S) - 1.0, what, 0.05))
+    count, processes, capture_s = SCHEDULE
+    service_s = yield from _find_service_s(folder / "service", runs)
+    lost_share = 1.0 - count * capture_s / (processes * simulate_schedule(count, processes, capture_s, service_s))
+    what = f"of the time of {processes} processes is lost in a simulated schedule of {count:,} captures of "
+    what += f"{capture_s:g} s, of which the scheduler takes {1e3 * service_s:.2g} ms each, {REPORT_SHARE:.0%} of its "
+    what += "time for the report"
+    found.append(Accuracy("batch-schedule", lost_share, what, 0.05))
+    return found
+
+
+def _captures(folder: Path, count: int) -> list[Capture]:
+    """Captures that share one folder of photographs, which nobody reads."""
+    place = make_folder(folder / "photographs")
+    write_bytes(place / "a.png", b"no image")
+    return [Capture(f"capture {at}", place) for at in range(count)]
+
+
+def _run(folder: Path, count: int, processes: int, function: str) -> Steps[list[Row]]:
+    captures, output = _captures(make_folder(folder), count), make_folder(folder / "results")
+    with open_record(output) as record:
+        settings = Settings(workers=processes)
+        return (yield from make_batch(output, record, captures, settings, f"benchmarks.batch:{function}"))
+
+
+def _spend(folder: Path, count: int, processes: int, function: str) -> Steps[float]:
+    """Seconds from the first end of a capture to the last, scaled to all: processes start but once."""
+    first = last = 0.0
+    ended = 0
+    steps = _run(folder, count, processes, function)
+    for step in steps:
+        if isinstance(step.partial, Row) and step.partial.state == "done":
+            last, ended = time.monotonic(), ended + 1
+            first = first if ended > processes else last
+        yield Step(step.done, f"{processes} processes: {step.note}")
+    return (last - first) * count / (count - processes)
+
+
+def _kill(folder: Path, count: int, processes: int, seed: int) -> Steps[tuple[int, int, int, float]]:
+    """Captures lost and made twice, processes killed, and the growth of this process in MB with each capture."""
+    draw, own, killed = random.Random(seed), psutil.Process(), 0
+    due_s, sizes, made = time.monotonic() + KILL_S, list[float](), dict[str, int]()
+    for step in _run(folder, count, processes, "wait"):
+        if isinstance(step.partial, Row) and step.partial.state == "done":
+            name = step.partial.capture.name
+            made[name] = made.get(name, 0) + 1
+            sizes.append(own.memory_info().rss / 1e6)
+        children = [each for each in own.children() if "app.batch.worker" in " ".join(each.cmdline())]
+        if children and time.monotonic() > due_s:
+            draw.choice(children).kill()
+            killed, due_s = killed + 1, time.monotonic() + KILL_S
+        yield Step(step.done, f"killing: {step.note}")
+    there = {path.parent.name for path in (folder / "results").glob(f"*/{RECORD}")}
+    later = sizes[len(sizes) // 2 :]
+    slope_mb = float(np.polyfit(np.arange(len(later)), later, 1)[0]) if len(later) > 2 else 0.0
+    return count - len(there & made.keys()), sum(made.values()) - len(made), killed, slope_mb
+
+
+def _find_service_s(folder: Path, count: int) -> Steps[float]:
+    """Seconds of this process for one capture: to hand it out, to note it, to show it."""
+    yield Step(0.0, "measuring the scheduler")
+    captures, output = _captures(make_folder(folder), count), make_folder(folder / "results")
+    with open_record(output) as record:
+        record.put(map(Row, captures))
+        begun_s = time.perf_counter()
+        for capture in captures:
+            record.put([Row(capture, "running")])
+            record.put([Row(capture, "done", seconds=1.0, record={"verdict": "good"})])
+        return (time.perf_counter() - begun_s) / count
+
+
+def simulate_schedule(count: int, processes: int, capture_s: float, service_s: float) -> float:
+    """Seconds until all captures are done: each takes `capture_s` (± 30 %, by a fixed seed) on one of `processes`, and
+    `service_s` of the one scheduler before the process goes on, which writes reports besides (`REPORT_SHARE`).
+    """
+    draw = random.Random(1)
+    free_s, scheduler_s = [0.0] * processes, 0.0
+    for _ in range(count):
+        ready_s = heapq.heappop(free_s)
+        scheduler_s = max(ready_s, scheduler_s) + service_s * (1.0 + REPORT_SHARE)
+        heapq.heappush(free_s, scheduler_s + capture_s * draw.uniform(0.7, 1.3))
+    return max(free_s)
