@@ -187,6 +187,13 @@ def make_request(
     return Wanted(mesh, ground, brdf, chosen, replace(plan, effects=effects, setting=setting), predicted_s, varied)
 
 
+def same_light(one: Scene, other: Scene, method: Method) -> bool:
+    """True where two scenes have one light for bakes of a method, of which the BRDF is part where it can be changed."""
+    names = ["light", "irradiance", "environment", "environment_rotation", "lamps"]
+    names += ["brdf"] * method.takes_brdf + ["near_lamps"] * method.near_light
+    return all(getattr(one, name) == getattr(other, name) for name in names)
+
+
 def decide(choices: BakeChoices, plan: EffectsPlan | None) -> BakeChoices:
     """`choices` with all that was left to the plan, or is forced there."""
     if not hasattr(choices.settings, "interreflection"):

@@ -152,4 +152,9 @@ def advice_text(baking: Baking) -> str:
 
 
 def _show_values(baking: Baking) -> str:
+    """The name of what stands for the bake on screen, with its error where that is known."""
+    first = baking.first_image
+    if first is not None:
+        error = "" if first.error_rel is None else f" (error {percent(first.error_rel)} in the studio)"
+        return f"a first image in spherical harmonics{error}"
     return "the previous bake" if baking.is_drawn else "direct light without shadows"

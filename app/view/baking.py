@@ -25,11 +25,13 @@ from app.document.bake_request import (
     choices_for,
     decide,
     make_request,
+    same_light,
 )
 from app.document.variation import Variation, light_with, select_shown
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
 from app.project.bakes import bake_and_keep, bake_or_cost
+from app.view.first_image import FirstImage, Relit
 from engine.core.errors import InputError, UsageError
 from engine.core.steps import Step, Steps
 from engine.scene.scene import Scene
@@ -39,13 +41,6 @@ from engine.transport.relight import light_of
 if TYPE_CHECKING:
     from engine.planning.plan import EffectsPlan
     from engine.transport.relight import RelightTransport
-
-
-def same_light(one: Scene, other: Scene, method: Method) -> bool:
-    """True where two scenes have one light for bakes of a method, of which the BRDF is part where it can be changed."""
-    names = ["light", "irradiance", "environment", "environment_rotation", "lamps"]
-    names += ["brdf"] * method.takes_brdf + ["near_lamps"] * method.near_light
-    return all(getattr(one, name) == getattr(other, name) for name in names)
 
 
 def relight_or_explain(made: Made, scene: Scene, asked: Any) -> Steps[RelightTransport | str]:
@@ -97,6 +92,9 @@ class Baking(QObject):
         self._light: tuple[Scene, object] | None = None
         self._estimating = Latest(bench.jobs, "Estimating a bake")
         self._lighting = Latest(bench.jobs, "Relighting")
+        self.first = FirstImage(bench.jobs, method)
+        self.first.changed.connect(self.relit_changed)
+        self.first.changed.connect(self.changed)
 
     def want(self, scene: Scene, plan: EffectsPlan | None = None, *, is_planning: bool = False) -> None:
         """Show `scene`: relight its bake, or estimate the bake that is missing.
@@ -142,6 +140,8 @@ class Baking(QObject):
                 self.cancel()
             if self._usable(self._wanted):
                 self._relight(scene)
+            elif self._differs_by_brdf(self._wanted):
+                self.first.want(self._wanted, scene)
             if not self.is_made and self.job is None and not self.is_planning:
                 self._ask(self._wanted)
         self._begin_awaited()
@@ -214,6 +214,12 @@ class Baking(QObject):
         """True if the image shows a bake, even one of other choices."""
         return self._usable(self._wanted)
 
+    @property
+    def first_image(self) -> Relit | None:
+        """The first image of the requested BRDF, where it stands for a bake that is not there yet."""
+        wanted = self._wanted
+        return None if wanted is None or self._usable(wanted) else self.first.find(wanted)
+
     def is_drawable(self, scene: Scene) -> bool:
         """True if the present bake can be drawn of `scene`."""
         return self._usable(self._of(scene))
@@ -243,10 +249,17 @@ class Baking(QObject):
         return " ".join(f"{text[:1].upper()}{text[1:]}." for text in self.made.differences(self._scene))
 
     def relit(self, scene: Scene) -> RelightTransport | None:
-        """The relit bake to draw of `scene`: under its light, or under the light before while its own is computed."""
+        """The relit bake to draw of `scene`: under its light, or under the light before while its own is computed.
+
+        The first image of another BRDF where there is no bake of it yet.
+        """
+        wanted = self._of(scene)
+        if not self._usable(wanted):
+            first = self.first.find(wanted)
+            return None if first is None else first.relit
         if self._relit is None or self.made is None or self._relit[0] is not self.made.wanted:
             return None
-        return self._relit[1] if self.is_drawable(scene) else None
+        return self._relit[1]
 
     def _ask(self, wanted: Wanted) -> None:
         if not wanted.is_as(self._asked):

@@ -3430,6 +3430,14 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
    <translation>Der Plan lässt %1 weg: unter „Effekte“ ausschalten.</translation>
   </message>
   <message>
+   <source> (error %1 in the studio)</source>
+   <translation> (Fehler %1 im Studio)</translation>
+  </message>
+  <message>
+   <source>a first image in spherical harmonics%1</source>
+   <translation>ein erstes Bild in Kugelflächenfunktionen%1</translation>
+  </message>
+  <message>
    <source>the previous bake</source>
    <translation>die vorige Vorberechnung</translation>
   </message>
@@ -3748,6 +3756,14 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
   <message>
    <source>Measured against a reference that refines in the background, once the image rests</source>
    <translation>Gemessen an einer Referenz, die im Hintergrund verfeinert wird, sobald das Bild ruht</translation>
+  </message>
+  <message>
+   <source>Drawing a first image</source>
+   <translation>Erstes Bild wird gezeichnet</translation>
+  </message>
+  <message>
+   <source>measuring the error</source>
+   <translation>Fehler wird gemessen</translation>
   </message>
   <message>
    <source>Comparing images as an eye does</source>

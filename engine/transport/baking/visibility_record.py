@@ -63,6 +63,12 @@ class VisibilityRecord:
         with closing(_open(path)) as file:
             return file.count() == -(-len(of) // _block(edge))
 
+    def find_whole(self, of: Receivers) -> tuple[int, int] | None:
+        """The edge and fineness of the coarsest cube map of which nothing is missing; None where there is none."""
+        names = (path.stem.split("-") for path in self.folder.glob(f"visibility-{self.surface[:40]}-*.sqlite"))
+        cubes = sorted((int(edge), int(fine)) for *_, edge, fine in names if edge.isdecimal() and fine.isdecimal())
+        return next((cube for cube in cubes if self.holds(of, *cube)), None)
+
     def shares(
         self, of: Receivers, edge: int, fine: int, vertices: Indices, find: Callable[[Indices], Counts]
     ) -> Iterator[tuple[Indices, Counts]]:

@@ -53,6 +53,7 @@ from engine.transport.sh.brdf_table_varying import Table, VariedTable, table_of,
 from engine.transport.sh.interreflection import Surroundings, gather, reflections, transfer_open
 from engine.transport.sh.transfer import (
     STEP,
+    Counts,
     ShTransport,
     diffuse_vectors,
     free_vectors,
@@ -96,7 +97,7 @@ class Baker:
         shares = visibility_shares(self._of, self._recipe["edge"], self._recipe["fine"], vertices)
         return np.concatenate([counts for _, counts in shares])
 
-    def rows(self, vertices: NDArray[np.int64], counts: NDArray[np.uint8] | None) -> NDArray[np.float32]:
+    def rows(self, vertices: NDArray[np.int64], counts: Counts | None) -> NDArray[np.float32]:
         """(rows, C, order²) of `vertices`, all of the model or all of the ground; `counts` None where all are free."""
         recipe, channels = self._recipe, self._recipe["channels"]
         if recipe["diffuse"] or vertices[0] >= recipe["ground_vertex"]:
@@ -111,7 +112,7 @@ class Baker:
             whole += gather(self._around, vertices, self._sent, frames)
         return round_rows(whole.reshape(-1, channels, recipe["order"] ** 2))
 
-    def _vectors(self, vertices: NDArray[np.int64], counts: NDArray[np.uint8] | None) -> NDArray[np.float32]:
+    def _vectors(self, vertices: NDArray[np.int64], counts: Counts | None) -> NDArray[np.float32]:
         recipe, normal = self._recipe, self._of.normal[vertices]
         if counts is None:
             return free_vectors(recipe["order"], normal)
@@ -119,7 +120,7 @@ class Baker:
         with one_thread():
             return diffuse_vectors(counts, full, recipe["edge"], recipe["order"], normal, free)
 
-    def _seen(self, vertices: NDArray[np.int64], counts: NDArray[np.uint8] | None) -> NDArray[np.float32]:
+    def _seen(self, vertices: NDArray[np.int64], counts: Counts | None) -> NDArray[np.float32]:
         """Spherical harmonics of visibility; any where all vertices are free, because theirs are known."""
         recipe, order = self._recipe, 2 * self._recipe["order"] - 1
         if counts is None:

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     pass
 
 Floats = NDArray[np.floating[Any]]
+Counts = NDArray[np.unsignedinteger[Any]]
 
 #: Matrices are rounded to multiples of this power of two, which take less than a third of the bytes in a file; the rows
 #: of a point that sees the whole sky have length 1.
@@ -186,7 +187,7 @@ def products(order: int) -> Products:
     return Products(first, second, start, np.concatenate(index), np.concatenate(weight))
 
 
-def visibility_harmonics(counts: NDArray[np.uint8], full: int, edge: int, order: int) -> NDArray[np.float32]:
+def visibility_harmonics(counts: Counts, full: int, edge: int, order: int) -> NDArray[np.float32]:
     """(B, order²) world coefficients of V, from how many of the `full` parts of each texel are seen (B, 6 N²)."""
     shares = counts.astype(np.float32) * np.float32(1.0 / full)
     return np.asarray(shares @ texel_basis(edge, order), np.float32)
@@ -209,7 +210,12 @@ def matrices(seen: NDArray[np.float32], frames: Vectors, free: NDArray[np.bool_]
 
 
 def diffuse_vectors(
-    counts: NDArray[np.uint8], full: int, edge: int, order: int, normals: Vectors, free: NDArray[np.bool_]
+    counts: Counts,
+    full: int,
+    edge: int,
+    order: int,
+    normals: Vectors,
+    free: NDArray[np.bool_],
 ) -> NDArray[np.float32]:
     """(B, n) transfer to irradiance / π of vertices with these `normals` (B, 3); world coefficients."""
     directions = cube_directions(edge).reshape(-1, 3).astype(np.float32)

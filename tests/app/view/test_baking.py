@@ -168,6 +168,29 @@ def test_wavelets_say_that_another_brdf_has_to_be_baked(view: MainWindow, qtbot:
     wait(qtbot, lambda: draw(view) is not None)
 
 
+def test_another_brdf_is_shown_with_its_shadows_before_it_is_baked(
+    view: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In spherical harmonics from kept visibility, with their error, and under the light of the moment."""
+    baking, panel = bake(view, qtbot, "wavelet"), view.view.bake_panels["wavelet"]
+    monkeypatch.setattr(Baking, "_follow", lambda *_words: None)
+    set_brdf(view, "ggx:kd=0.1,alpha=0.6,f0=0.5")
+    wait(qtbot, lambda: draw(view) is not None)
+    first = draw(view)
+    assert first.method == "sh"
+    assert not baking.is_drawn
+    wait(qtbot, lambda: "a first image in spherical harmonics (error " in panel.words.text())
+    change(view, rotation_deg=90.0)
+    wait(qtbot, lambda: draw(view) is not first)
+    turned = draw(view)
+    assert turned.transport.rows is first.transport.rows, "matrices are made once"
+    set_brdf(view, "ggx:kd=0.1,alpha=0.5,f0=0.5")
+    wait(qtbot, lambda: draw(view) not in (None, turned))
+    assert draw(view).transport.rows is first.transport.rows
+    set_brdf(view, GLOSSY)
+    wait(qtbot, lambda: draw(view) is not None and draw(view).method == "wavelet")
+
+
 def endless() -> Steps[None]:
     while True:
         time.sleep(0.01)
