@@ -86,12 +86,8 @@ IN_FRONT: dict[str, tuple[str, ...]] = {
 #: Files whose tests are about all workspaces and have them from the beginning.
 WHOLE = (
     "test_focus.py",
-    "test_interrupted.py",
     "test_keys_and_themes.py",
-    "test_main_window.py",
     "test_manual.py",
-    "test_preferences.py",
-    "test_random_gestures.py",
     "test_tour.py",
 )
 

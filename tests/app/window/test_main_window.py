@@ -59,6 +59,13 @@ def dialogs(window: MainWindow) -> list[str]:
     return [f"{box.text()}\n{box.informativeText()}" for box in window.failures.open_dialogs.values()]
 
 
+def make_whole(window: MainWindow) -> None:
+    """All workspaces are there, and follow the document."""
+    for name in WORKSPACES:
+        getattr(window, name)
+    assert window.is_whole
+
+
 def pixel(image: QImage, share_x: float, share_y: float) -> np.ndarray:
     colour = image.pixelColor(int(image.width() * share_x), int(image.height() * share_y))
     return np.array([colour.red(), colour.green(), colour.blue()])
@@ -67,6 +74,7 @@ def pixel(image: QImage, share_x: float, share_y: float) -> np.ndarray:
 def test_drop_a_folder_look_build_view_and_export(
     window: MainWindow, qtbot: Any, drop: Drop, photographs: Path, tmp_path: Path
 ) -> None:
+    make_whole(window)
     drop(window, [photographs])
     wait(qtbot, lambda: at_rest(window))
     project = window.bench.document.project
@@ -111,6 +119,7 @@ def test_drop_a_folder_look_build_view_and_export(
 def test_undo_goes_back_before_the_material_and_redo_brings_it_again(
     window: MainWindow, qtbot: Any, drop: Drop, photographs: Path
 ) -> None:
+    make_whole(window)
     drop(window, [photographs])
     wait(qtbot, lambda: at_rest(window))
     built = window.bench.document.project.material
@@ -487,6 +496,7 @@ def test_keys_reach_the_workspace_that_comes_to_the_front(window: MainWindow) ->
 def test_a_mesh_is_recognised_and_shown(window: MainWindow, qtbot: Any, drop: Drop, tmp_path: Path) -> None:
     path = tmp_path / "triangle.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    make_whole(window)
     drop(window, [path])
     wait(qtbot, lambda: isinstance(window.bench.document.project.mesh, Mesh))
     assert window.stack.currentWidget() is window.view
