@@ -92,9 +92,13 @@ def no_waiting_for_the_disk() -> Iterator[None]:
 
 @pytest.fixture(scope="session", autouse=True)
 def one_origin() -> Iterator[None]:
-    """Files of all tests share their decoder processes, also after a damaged one, so that few have to start."""
+    """Files of all tests share their decoder processes, also after a damaged one, so that few have to start.
+
+    Of each kind one may wait: the tests of a file often open photographs, models and bundles in turn.
+    """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(untrusted, "_origin", lambda _path: "tests")
+        patch.setattr(untrusted, "IDLE", 12)
         yield
 
 

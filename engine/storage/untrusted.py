@@ -64,6 +64,9 @@ START_LIMIT_S = 300.0
 #: Two photographs may be decoded at once.
 CHILDREN = 2
 
+#: Processes that wait for another file, at most.
+IDLE = CHILDREN
+
 #: True where a process can hand open files to another.
 HANDS_DESCRIPTORS = hasattr(socket, "send_fds")
 
@@ -639,7 +642,7 @@ def _keep(child: _Child) -> None:
     """Count a child among the idle ones, of which the oldest goes where they are too many."""
     with _idle_lock:
         _idle.append(child)
-        oldest = _idle.pop(0) if len(_idle) > CHILDREN else None
+        oldest = _idle.pop(0) if len(_idle) > IDLE else None
     if oldest is not None:
         oldest.kill()
 
