@@ -32,9 +32,12 @@ PROJECT = Path(__file__).resolve().parents[1]
 # Nothing of what is collected is garbage, and to look for some takes a fifth of the time; tests begin with it on.
 gc.disable()
 
-# Kernels are compiled once for all checkouts with the same packages (`engine.core.kernel_cache`), not once for each.
+# Kernels are compiled once for all checkouts with the same packages (`engine.core.kernel_cache`), not once for each;
+# and shaders by Mesa once for all tests, of which many have a cache folder of their own.
 _PACKAGES = hashlib.sha256((PROJECT / "packaging" / "requirements-test.lock").read_bytes()).hexdigest()[:16]
-os.environ.setdefault("NUMBA_CACHE_DIR", str(platformdirs.user_cache_path("lightarc-tests") / f"kernels-{_PACKAGES}"))
+_COMPILED = platformdirs.user_cache_path("lightarc-tests")
+os.environ.setdefault("NUMBA_CACHE_DIR", str(_COMPILED / f"kernels-{_PACKAGES}"))
+os.environ.setdefault("MESA_SHADER_CACHE_DIR", str(_COMPILED))
 
 SHARED_DATA = PROJECT.parent / "shared" / "data"
 
