@@ -24,6 +24,7 @@ from engine.figures.papers.catalogue import FIGURES
 from engine.geometry.backs import with_backs
 from engine.geometry.brushing import parse_brushing
 from engine.geometry.ground import Ground
+from engine.geometry.parts import split_parts
 from engine.images.encode import encode_exr, encode_png, rgb_channels
 from engine.light.lamps import Lamp
 from engine.planning.costs.setting import modes as all_modes
@@ -33,8 +34,9 @@ from engine.render import direct
 from engine.render.display import Display, display
 from engine.render.path import check_scene
 from engine.render.transported import image_of
+from engine.scene.material import Material
 from engine.scene.mode import MODES
-from engine.scene.scene import Scene
+from engine.scene.scene import Scene, brdfs_of_parts
 from engine.scene.scene import make_scene as build_scene
 from engine.scene.settings import DEFAULTS
 from engine.storage.atomic import write_bytes
@@ -381,7 +383,7 @@ def compare(image: ImageLike, reference: ImageLike, *, mask: ArrayLike | None = 
 @public
 def bake(
     model: MeshLike,
-    brdf: BrdfLike,
+    brdf: BrdfLike | Material,
     path: File,
     *,
     method: str = "wavelet",
@@ -399,8 +401,9 @@ def bake(
     ----------
     model : str, path, Mesh, trimesh object, or arrays (vertices, faces)
         A file, or one of sphere, plane, torus-knot, cloth and blob.
-    brdf : str, path, Brdf or model class
-        The BRDF.
+    brdf : str, path, Brdf, model class or Material
+        The BRDF; or the material of a model that brings several, of which each part has its own, at the mean of its
+        maps.
     path : path
         The file.
     method : str
@@ -452,7 +455,11 @@ def bake(
         raise UsageError(f"{method} has no setting {unknown[0]!r}; choose from {', '.join(known)}")
     ground = None if ground_albedo is None else Ground(albedo=ground_albedo)
     mesh = as_mesh(model) if brushing is None else as_mesh(model).brush(parse_brushing(brushing))
-    subject = Subject(with_backs(mesh, ground), as_brdf(brdf), ground, kept=visibility_folder())
+    parts = brdfs_of_parts(mesh, brdf) if isinstance(brdf, Material) else ()
+    one = brdf.reflectance if isinstance(brdf, Material) else as_brdf(brdf)
+    whole = with_backs(split_parts(mesh) if parts else mesh, ground)
+    subject = Subject(whole, one, ground, kept=visibility_folder(), parts=parts)
+    chosen.check_parts(subject)
     asked = chosen.settings(**settings)
     work = drain(chosen.baking.prepare(subject, asked), progress)
     baked = drain(chosen.baking.bake(path, work), progress)

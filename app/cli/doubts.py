@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from engine.core.figure_text import number, percent
@@ -38,13 +38,13 @@ def doubts_of_scene(scene: Scene) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def means_of_parts(scene: Scene) -> list[str]:
-    """A sentence about parts of the model whose maps are drawn as their mean; none where there are no such parts."""
-    textured = [each for each in scene.parts if each.pbr is not None and each.pbr.size != (1, 1)]
+def means_of_parts(materials: Sequence[Material], done: str = "drawn") -> list[str]:
+    """A sentence about materials of parts whose maps are taken at their mean; none where there are no such parts."""
+    textured = [each for each in materials if each.pbr is not None and each.pbr.size != (1, 1)]
     if not textured:
         return []
-    names = ", ".join(repr(each.material.name) for each in textured[:4] if each.material is not None)
-    return [f"the maps of {names}{' and others' if len(textured) > 4 else ''} are drawn at their mean"]
+    names = ", ".join(repr(each.name) for each in textured[:4])
+    return [f"the maps of {names}{' and others' if len(textured) > 4 else ''} are {done} at their mean"]
 
 
 def mean_in_place_of_maps(material: Material, show: Callable[[Step], None], done: str = "shown") -> dict[str, Any]:

@@ -49,6 +49,7 @@ from engine.core.steps import Step, Steps, part
 from engine.factor.factor import factor
 from engine.factor.factor_file import fingerprints, holds_factors, read_factors, write_factors
 from engine.geometry.shapes import shape
+from engine.scene.scene import brdfs_of_parts
 from engine.storage.atomic import make_folder, write_bytes
 from engine.storage.file_array import FileArray
 from engine.surface.write import find_known_maps, write_surface
@@ -118,7 +119,8 @@ def bakes_again(project: Project, made: Sequence[Made], kept: Path, folder: Path
             values = {key: tuple(v) if isinstance(v, list) else v for key, v in each.made_with["settings"].items()}
             choices = choices_for(str(each.made_with["method"]), **values)
             varied = select_baked(choices.method, brdf, project.variations)
-            wanted = Wanted(mesh, project.look.ground, brdf, choices, variations=varied)
+            parts = brdfs_of_parts(mesh, project.material)
+            wanted = Wanted(mesh, project.look.ground, brdf, choices, variations=varied, parts=parts)
             wanted = with_effects(wanted, each.made_with["effects"])
         except (KeyError, TypeError, ValueError, AttributeError):
             results.append(_replay_made_verdict(None, "nobody noted how it was made") | {"name": name})

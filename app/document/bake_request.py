@@ -24,6 +24,7 @@ from engine.core.stopwatch import read_clock
 from engine.geometry.backs import with_backs
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
+from engine.geometry.parts import split_parts
 from engine.planning.costs.setting import Setting
 from engine.transport.baking.check import NOT_COMPARED, BakeCheck, warnings_at_render, warnings_of_check
 from engine.transport.method import Method, Relight, Subject, method_of
@@ -93,7 +94,7 @@ class Wanted:
     """The request for a bake. `plan` has the effects as the bake decides them, and the parameters of `choices`, or is
     None.
 
-    `variations` are those of the project that are part of the bake.
+    `variations` are those of the project that are part of the bake, and `parts` the BRDFs of the parts of the model.
     `predicted_s` is how long the machine profile says that it takes, where it is the very bake that the plan chose.
     """
 
@@ -104,19 +105,21 @@ class Wanted:
     plan: EffectsPlan | None = None
     predicted_s: float | None = None
     variations: tuple[Variation, ...] = ()
+    parts: tuple[Brdf, ...] = ()
 
     def is_as(self, other: Wanted | None) -> bool:
         return other is not None and self.fits(other) and self.reflects_as(other) and self.asks_for_the_same(other)
 
     def reflects_as(self, other: Wanted) -> bool:
-        """True if both have one BRDF that varies alike."""
-        return self.brdf == other.brdf and self.variations == other.variations
+        """True if both have one BRDF that varies alike, or parts with the same BRDFs."""
+        same = self.brdf == other.brdf or bool(self.parts)
+        return same and self.parts == other.parts and self.variations == other.variations
 
     @property
     def subject(self) -> Subject:
         """The subject of the bake, for the method."""
-        mesh = with_backs(self.mesh, self.ground)
-        return Subject(mesh, self.brdf, self.ground, as_baked(self.variations), visibility_folder())
+        mesh = with_backs(split_parts(self.mesh) if self.parts else self.mesh, self.ground)
+        return Subject(mesh, self.brdf, self.ground, as_baked(self.variations), visibility_folder(), self.parts)
 
     def fits(self, other: Wanted) -> bool:
         """True if both are of the same surface."""
@@ -170,21 +173,23 @@ def make_request(
     choices: BakeChoices,
     plan: EffectsPlan | None,
     variations: Sequence[Variation] = (),
+    parts: tuple[Brdf, ...] = (),
 ) -> Wanted:
     """The request for a bake with the parameters of `choices`, and without the effects that were switched off in
     `plan`.
 
-    Of the `variations` of a project it has those that the method bakes.
+    Of the `variations` of a project it has those that the method bakes; `parts` are as for `Wanted`.
     """
     chosen, varied = decide(choices, plan).baked, select_baked(choices.method, brdf, variations)
     if plan is None:
-        return Wanted(mesh, ground, brdf, chosen, variations=varied)
+        return Wanted(mesh, ground, brdf, chosen, variations=varied, parts=parts)
     effects = tuple(_for_method(effect, chosen) for effect in plan.effects)
     if any(effect.decision == "forced off" for effect in effects if effect.effect in CUT):
         effects = tuple(plan_s if e.effect == VARYING else e for e, plan_s in zip(effects, plan.effects, strict=True))
     setting = setting_for(chosen)
-    predicted_s = plan.cost.bake_s if (setting, effects) == (plan.setting, plan.effects) else None
-    return Wanted(mesh, ground, brdf, chosen, replace(plan, effects=effects, setting=setting), predicted_s, varied)
+    predicted_s = plan.cost.bake_s if (setting, effects) == (plan.setting, plan.effects) and not parts else None
+    planned = replace(plan, effects=effects, setting=setting)
+    return Wanted(mesh, ground, brdf, chosen, planned, predicted_s, varied, parts)
 
 
 def same_light(one: Scene, other: Scene, method: Method) -> bool:
@@ -262,7 +267,8 @@ class Made:
 
     def differences(self, scene: Scene) -> list[str]:
         """Return what the check says of an image of `scene`; nothing of another BRDF, which was not checked."""
-        if self.check is None or scene.brdf != self.wanted.brdf:
+        wanted = self.wanted
+        if self.check is None or (scene.brdf != wanted.brdf and not wanted.parts):
             return []
         name = None if scene.environment is None else scene.environment.name
         return warnings_at_render(self.check, self.wanted.choices.method.name, name, _label)
@@ -307,15 +313,22 @@ def estimate(wanted: Wanted) -> Steps[Estimate]:
 def _prepare(wanted: Wanted) -> Steps[tuple[Any, Callable[[Path], Steps[Any]]]]:
     """The work of a bake, and its baker."""
     settings, subject = settings_with(wanted.choices.settings, wanted.variations), wanted.subject
+    wanted.choices.method.check_parts(subject)
     if wanted.plan is None:
         baking = wanted.choices.method.baking
         work = yield from baking.prepare(subject, settings)
         return work, lambda path: baking.bake(path, work)
     from engine.planning.bake import prepare
 
-    varied = subject.variations
     ready = yield from prepare(
-        wanted.plan, wanted.mesh, wanted.brdf, wanted.ground, variations=varied, settings=settings, kept=subject.kept
+        wanted.plan,
+        wanted.mesh,
+        wanted.brdf,
+        wanted.ground,
+        variations=subject.variations,
+        settings=settings,
+        kept=subject.kept,
+        parts=wanted.parts,
     )
     return ready.work, ready.start
 

@@ -57,7 +57,8 @@ def _subject(wanted: Wanted) -> str:
     choices, ground = wanted.choices, wanted.ground
     settings = sorted(vars(choices.settings).items())
     of = (FORMAT, choices.method.name, _key_of_mesh(wanted.mesh), astuple(ground) if ground is not None else None)
-    return f"{KIND}-{key_of(of, wanted.brdf, settings, *_vary(wanted))[:24]}-"
+    parts = [wanted.parts] if wanted.parts else []
+    return f"{KIND}-{key_of(of, wanted.brdf, settings, *_vary(wanted), *parts)[:24]}-"
 
 
 def _vary(wanted: Wanted) -> list[Any]:

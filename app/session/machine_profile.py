@@ -105,7 +105,7 @@ def learn_bake(subject: Subject, method: Method, settings: Any, bake_s: float, s
     Plans know one BRDF for the whole model, and settings whose parameters alone differ from the usual.
     """
     chosen = {name: getattr(settings, name) for name in parameters_of(method.name)}
-    if subject.variations or settings != replace(method.settings(), **chosen) or _was_disturbed(since):
+    if subject.variations or subject.parts or settings != replace(method.settings(), **chosen) or _was_disturbed(since):
         return
     parameters = {name: int(value) if isinstance(value, bool) else value for name, value in chosen.items()}
     parameters = {name: value for name, value in parameters.items() if value is not None}

@@ -34,7 +34,7 @@ from app.project.bakes import bake_and_keep, bake_or_cost
 from app.view.first_image import FirstImage, Relit
 from engine.core.errors import InputError, UsageError
 from engine.core.steps import Step, Steps
-from engine.scene.scene import Scene
+from engine.scene.scene import Scene, brdfs_of_parts
 from engine.transport.method import Method
 from engine.transport.relight import light_of
 
@@ -188,7 +188,8 @@ class Baking(QObject):
 
     def _of(self, scene: Scene, *, is_planned: bool = True) -> Wanted:
         plan = self.plan if is_planned else None
-        return make_request(scene.mesh, scene.ground, scene.brdf, self.choices, plan, self._variations)
+        parts = brdfs_of_parts(scene.mesh, scene.material)
+        return make_request(scene.mesh, scene.ground, scene.brdf, self.choices, plan, self._variations, parts)
 
     @property
     def _variations(self) -> tuple[Variation, ...]:
@@ -237,6 +238,8 @@ class Baking(QObject):
             return "The bake is of another model."
         if not made.wanted.fits(wanted):
             return "The bake is of another ground."
+        if made.wanted.parts != wanted.parts:
+            return "The bake is of other materials of the parts."
         if made.wanted.reflects_as(wanted):
             return ""
         return made.why_baked_for_one

@@ -26,6 +26,7 @@ from engine.light.environment import EnvironmentMap
 from engine.light.environment_file import open_environment
 from engine.render.reference import ReferenceImage, reference
 from engine.render.transported import image_of
+from engine.scene.material import material_of_brdfs
 from engine.scene.scene import Scene
 from engine.transport.baking.check import (
     LAMP,
@@ -180,7 +181,8 @@ def find_fronts(surface: Mesh, camera: Camera, edge: int) -> NDArray[np.bool_]:
 
 
 def _scene(subject: Subject, camera: Camera, around: EnvironmentMap | None) -> Scene:
-    return Scene(subject.mesh, camera, subject.brdf, ground=subject.ground, environment=around)
+    material = material_of_brdfs(subject.parts, subject.mesh.part_names) if subject.parts else None
+    return Scene(subject.mesh, camera, subject.brdf, material, ground=subject.ground, environment=around)
 
 
 def _references(

@@ -29,11 +29,12 @@ class MeshBuffers:
         self.context = context
         position = (mesh.positions - (mesh.centre if centre is None else centre)).astype(np.float32)
         self.vertices = context.buffer(np.concatenate([position, mesh.normals, mesh.uv], axis=1).tobytes())
-        faces = mesh.faces
-        if mesh.part is not None and BACKS not in mesh.health.figures:
-            faces = faces[np.argsort(mesh.part, kind="stable")]
-        self.indices = context.buffer(faces.tobytes())
         self.mesh = mesh
+        faces = mesh.faces
+        if mesh.part is not None:
+            some = [start + np.argsort(mesh.part[start:stop], kind="stable") for start, stop, _ in self._ranges()]
+            faces = faces[np.concatenate(some)]
+        self.indices = context.buffer(faces.tobytes())
         self.tangents: moderngl.Buffer | None = None
         self.colours: moderngl.Buffer | None = None
         self.arrays: dict[moderngl.Program, moderngl.VertexArray] = {}
@@ -55,25 +56,33 @@ class MeshBuffers:
                 self.colours = self.colours or self.context.buffer(self.mesh.colours.tobytes())
                 content.append((self.colours, "3f", "in_colour"))
             self.arrays[program] = self.context.vertex_array(program, content, self.indices)
-        if part is None or self.mesh.part is None:
-            self._render(self.arrays[program])
-        elif count := int(np.count_nonzero(self.mesh.part == part)):
-            first = int(np.count_nonzero(self.mesh.part < part))
-            self.arrays[program].render(vertices=3 * count, first=3 * first)
+        for start, stop, is_doubled in self._ranges():
+            if part is not None and self.mesh.part is not None:
+                own = self.mesh.part[start:stop]
+                start += int(np.count_nonzero(own < part))
+                stop = start + int(np.count_nonzero(own == part))
+            if start < stop:
+                self._render(self.arrays[program], start, stop, is_doubled)
 
-    def _render(self, array: moderngl.VertexArray) -> None:
-        """Draw all faces; of fronts and backs at the same place those that face the camera."""
-        both = 2 * int(self.mesh.health.figures.get(BACKS, 0.0))
-        if both > len(self.mesh.faces):
-            raise ValueError(f"{both} fronts and backs of {len(self.mesh.faces)} faces are not possible")
-        if both:
+    def _ranges(self) -> list[tuple[int, int, bool]]:
+        """The first and the last face of fronts, backs at the same place and all others, and whether they are doubled.
+
+        ValueError where there are not so many.
+        """
+        count, fronts = len(self.mesh.faces), int(self.mesh.health.figures.get(BACKS, 0.0))
+        if 2 * fronts > count:
+            raise ValueError(f"{2 * fronts} fronts and backs of {count} faces are not possible")
+        return [(0, fronts, True), (fronts, 2 * fronts, True), (2 * fronts, count, False)]
+
+    def _render(self, array: moderngl.VertexArray, start: int, stop: int, is_doubled: bool) -> None:
+        """Draw some faces; of those that are doubled the ones that face the camera."""
+        if is_doubled:
             self.context.enable(self.context.CULL_FACE)
-            try:
-                array.render(vertices=3 * both)
-            finally:
+        try:
+            array.render(vertices=3 * (stop - start), first=3 * start)
+        finally:
+            if is_doubled:
                 self.context.disable(self.context.CULL_FACE)
-        if both < len(self.mesh.faces):
-            array.render(vertices=3 * (len(self.mesh.faces) - both), first=3 * both)
 
     def release(self) -> None:
         for item in (*self.arrays.values(), self.vertices, self.indices, self.tangents, self.colours):

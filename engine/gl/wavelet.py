@@ -38,19 +38,23 @@ class Textures:
 
     def __init__(self, context: moderngl.Context, relit: RelightWavelets, _limits: Limits) -> None:
         self.messages: list[str] = []
-        factors = relit.transport.factors
-        numbers = _numbers(factors.first)
-        self._texture = pack(context, numbers)
-        self.definitions = {"TERMS": str(factors.terms)} if factors.terms <= MAX_TERMS else {}
-        self.definitions |= {"PLANES": str(len(numbers) // factors.terms)}
+        factors, terms, kinds = relit.transport.factors, relit.transport.terms, relit.transport.kinds
+        numbers = _numbers(factors.first).reshape(kinds, -1, *factors.hemisphere_map.shape)
+        numbers = np.pad(numbers, ((0, 0), (0, -numbers.shape[1] % 4), (0, 0), (0, 0)))  # each begins with a layer
+        self._texture = pack(context, numbers.reshape(-1, *numbers.shape[2:]))
+        self.definitions = {"TERMS": str(terms)} if terms <= MAX_TERMS else {}
+        self.definitions |= {"PLANES": str(len(_numbers(factors.first)) // factors.terms)}
+        self.definitions |= {} if relit.transport.kind is None else {"KINDS": "1"}
         self.definitions |= {} if factors.isotropic else {"BRUSHED": "1"}
         self._values = {
             "brdf_map": factors.hemisphere_map.number,
             "brdf_size": factors.hemisphere_map.size,
-            "term_count": factors.terms,
-            "flat_row": relit.flat_vertex * factors.terms,
+            "term_count": terms,
+            "flat_row": relit.flat_vertex * terms,
             "flat_factor": relit.transport.ground_albedo / math.pi,
         }
+        if relit.transport.kind is not None:
+            self._values["kind_row"] = relit.transport.rows
 
     @staticmethod
     def key(relit: RelightWavelets) -> object:
@@ -59,13 +63,15 @@ class Textures:
 
     @staticmethod
     def rows(relit: RelightWavelets) -> list[Colours]:
-        """The K-tuples (R, 4), marked where the radiance of the vertex itself may be asked for."""
+        """The K-tuples (R, 4), marked where the radiance of the vertex itself may be asked for, and kinds of BRDFs."""
         transport = relit.transport
-        first, terms = transport.ground_vertex, transport.factors.terms
+        first, terms = transport.ground_vertex, transport.terms
         rows = np.zeros((transport.rows, 4), np.float32)
         rows[:, :3] = np.clip(relit.rows, -BRIGHTEST, BRIGHTEST)
         rows[: first * terms : terms, 3] = transport.turning[:first]
-        return [rows]
+        if transport.kind is None:
+            return [rows]
+        return [rows, np.repeat(transport.kind.astype(np.float32)[:, None], 3, axis=1)]
 
     def fill(self) -> Iterator[None]:
         """All of it is small, and there from the beginning."""

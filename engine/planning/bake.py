@@ -20,6 +20,7 @@ from engine.core.steps import Steps
 from engine.geometry.backs import with_backs
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
+from engine.geometry.parts import split_parts
 from engine.planning.costs.planned import PlannedBake, planning_of
 from engine.planning.plan import EffectsPlan, brdf_of
 from engine.transport import method as transport
@@ -42,11 +43,13 @@ def prepare(
     settings: Any = None,
     fine: int | None = None,
     kept: Path | None = None,
+    parts: tuple[Brdf, ...] = (),
 ) -> Steps[PlannedBake]:
     """Lay out the bake of `mesh` with the BRDF `brdf` that `plan` calls for; nothing is written.
 
     `variations` are those that the plan was made with. `settings` of the method stand beside the parameters of the
-    plan, their defaults where there are none, with `fine` of its own. `kept` is the folder of records of visibility.
+    plan, their defaults where there are none, with `fine` of its own. `kept` is the folder of records of visibility,
+    and `parts` the BRDFs of the parts of the model, where these have their own.
     UsageError where the plan's mode is not baked.
     """
     if plan.mode not in transport.names():
@@ -55,5 +58,6 @@ def prepare(
     base = method.settings() if settings is None else settings
     own = {**plan.setting.parameters, **({} if fine is None else {"fine": fine})}
     varying = tuple(variations) if plan.shows("spatially-varying-gloss") else ()
-    subject = Subject(with_backs(mesh, ground), brdf_of(plan, brdf), ground, varying, kept)
+    whole, shown = split_parts(mesh) if parts else mesh, tuple(brdf_of(plan, each) for each in parts)
+    subject = Subject(with_backs(whole, ground), brdf_of(plan, brdf), ground, varying, kept, shown)
     return (yield from planning_of(plan.mode).prepare(plan, subject, method.with_values(own, base)))

@@ -90,7 +90,8 @@ class Paths:
         self.scene, self.size, self.max_depth = scene, size, max_depth
         surface = scene.surface
         self._caster = caster_of(surface)
-        self._normals, self._tangents = surface.normals, None if scene.brdf.isotropic else surface.tangents
+        is_isotropic = all(each.brdf.isotropic for each in scene.parts)
+        self._normals, self._tangents = surface.normals, None if is_isotropic else surface.tangents
         self._environment, self._lamps, self._near_lamps = _lights(scene)
         self._reflector = Reflector(scene)
 

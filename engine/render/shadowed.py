@@ -35,6 +35,7 @@ from engine.core.colour import luminance
 from engine.core.steps import Steps, part
 from engine.render.direct import radiance
 from engine.render.transported import image_of
+from engine.scene.material import without_maps
 from engine.scene.scene import Scene
 
 #: Irradiance from all sides in T and T_0, over that of all lights.
@@ -50,8 +51,13 @@ Image = NDArray[np.float32]
 
 
 def with_and_without(scene: Scene, baked: Brdf | None = None) -> tuple[Scene, Scene]:
-    """The scenes of T and T_0, the latter of the BRDF that was `baked`, that of the scene where not given."""
+    """The scenes of T and T_0, the latter of the BRDF that was `baked`.
+
+    Where that is not given, it is that of the scene, or where parts have materials of their own those of all parts.
+    """
     texels = replace(scene, relit=None, faint=FAINT, shadows=False)
+    if baked is None and len(scene.parts) > 1 and scene.material is not None:
+        return texels, replace(texels, material=without_maps(scene.material))
     return texels, replace(texels, material=None, brdf=scene.brdf if baked is None else baked)
 
 

@@ -83,10 +83,11 @@ class Reflector:
         self._diffuse_share, self._highlights = _lobes(scene)
         self._maps = [maps_of_scene(each) for each in scene.parts]
         self._ground_from = len(scene.mesh.faces) if scene.ground is not None else None
-        measured = type(scene.brdf) not in MODELS.values()
+        brdfs = [each.brdf for each in scene.parts]
+        measured = any(type(brdf) not in MODELS.values() for brdf in brdfs)
         # kernels of measurements use all threads by themselves, and not every pool of threads lets two callers in
         self._values: AbstractContextManager[Any] = threading.Lock() if measured else nullcontext()
-        self._draws = self._values if samples_itself(scene.brdf) else nullcontext()
+        self._draws = self._values if any(map(samples_itself, brdfs)) else nullcontext()
 
     def product(self, at: Points, index: Indices, wi: Floats) -> Floats:
         """f cos, or what a material shows in its place, (K, 3) at the points `index` for light from `wi` (K, 3)."""
@@ -181,7 +182,7 @@ class Reflector:
     def _object(self, at: Points, index: Indices, wi: Floats) -> Floats:
         if at.texels is not None:
             return self._reflect_texels(at, at.texels, index, wi) * wi[:, 2:]
-        f = self._f(wi, at.viewer[index])
+        f = self._f(wi, at.viewer[index], at.face[index])
         if self.scene.shading is None or len(index) == 0:
             return f * wi[:, 2:]
         scene, everywhere = self.scene, np.arange(len(index))
@@ -208,19 +209,36 @@ class Reflector:
         axes = texture_axes(mesh.positions[mesh.faces[at.face[index]]], corners, frame[..., 2])
         return np.asarray(np.einsum("nai,ni->na", axes, to_world(frame, wi)))
 
-    def _f(self, wi: Floats, wo: Floats) -> Floats:
-        value = np.empty((len(wi), 3))
+    def _f(self, wi: Floats, wo: Floats, face: NDArray[np.int32]) -> Floats:
+        """Values (K, 3) of the BRDF of the part of each triangle (K,)."""
+        value, number, scenes = np.empty((len(wi), 3)), part_of(self.scene, face), self.scene.parts
         with self._values:
-            for start in range(0, len(wi), BLOCK):
-                block = slice(start, start + BLOCK)
-                value[block] = self.scene.brdf.f(wi[block], wo[block])
+            for part, scene in enumerate(scenes):
+                points = np.flatnonzero(number == part) if len(scenes) > 1 else np.arange(len(wi))
+                for start in range(0, len(points), BLOCK):
+                    block = points[start : start + BLOCK]
+                    value[block] = scene.brdf.f(wi[block], wo[block])
         return value
+
+
+def _mixture_of(scene: Scene) -> Mixture:
+    """The lobes of the BRDF, or of those of all parts, each as often; the cosine lobe is the first."""
+    mixtures = []
+    for brdf in dict.fromkeys(each.brdf for each in scene.parts):
+        mixture = sampler_of(brdf)
+        assert isinstance(mixture, Mixture)
+        mixtures.append(mixture)
+    if len(mixtures) == 1 or scene.pbr is not None:
+        return mixtures[0]
+    diffuse = sum(each.shares[0] for each in mixtures) / len(mixtures)
+    lobes = [lobe for each in mixtures for lobe in each.lobes[1:]]
+    shares = [share / len(mixtures) for each in mixtures for share in each.shares[1:]]
+    return Mixture((mixtures[0].lobes[0], *lobes), (diffuse, *shares))
 
 
 def _lobes(scene: Scene) -> tuple[float, Mixture | None]:
     """The share of the cosine lobe (more for materials, which are brighter than f where f is small), and the others."""
-    mixture = sampler_of(scene.brdf)
-    assert isinstance(mixture, Mixture)
+    mixture = _mixture_of(scene)
     if scene.pbr is not None:
         parts = [each.pbr for each in scene.parts if each.pbr is not None]
         of_parts = [np.quantile(np.maximum(each.roughness, SMOOTHEST) ** 2.0, WIDTHS) for each in parts]

@@ -5,14 +5,14 @@ PBR maps are a BRDF for each texel. What has room for one BRDF takes `brdf`, the
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.brdf.brdf import Brdf, brdf_from_text, brdf_to_text
+from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, brdf_to_text
 from engine.brdf.fit import fit_data, fit_error
 from engine.brdf.models.microfacet import MetallicRoughness
 from engine.brdf.models.model import Model
@@ -132,6 +132,23 @@ def material_of_maps(maps: PbrMaps, name: str, health: Health | None = None) -> 
             specular_ior=min(round((1.0 + root) / (1.0 - root), 5), largest),
         )
     return Material(None, None, brdf_to_text(mean), name=name, health=health or Health(), pbr=maps)
+
+
+def without_maps(material: Material) -> Material:
+    """The material as its BRDF alone, and its parts as theirs."""
+    parts = tuple(without_maps(each) for each in material.parts)
+    return replace(material, shading_map=None, power_law=None, directional=None, pbr=None, parts=parts)
+
+
+def material_of_brdfs(brdfs: Sequence[Brdf], names: Sequence[str]) -> Material:
+    """A material whose parts of these `names` have these BRDFs."""
+    parts = []
+    for brdf, name in zip(brdfs, names, strict=True):
+        plain = Material(None, None, name=name)
+        is_model = type(brdf) in MODELS.values()
+        measured: Any = None if is_model else brdf
+        parts.append(replace(plain, brdf=brdf_to_text(brdf) if is_model else plain.brdf, measured=measured))
+    return replace(parts[0], parts=tuple(parts))
 
 
 def at_mean(material: Material) -> Material:

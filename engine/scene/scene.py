@@ -240,11 +240,9 @@ class Scene:
     def parts(self) -> tuple[Scene, ...]:
         """The scene with the material of each part of the model (`Mesh.part`) on everything; itself alone where all
         have one. Parts whose names the material does not know have the material itself."""
-        names, material = self.mesh.part_names, self.material
-        if material is None or not material.parts or len(names) < 2:
+        found = materials_of_parts(self.mesh, self.material)
+        if not found:
             return (self,)
-        known = {each.name: each for each in material.parts}
-        found = [known.get(name, material) for name in names]
         scenes = tuple(replace(self, material=each, brdf=each.reflectance) for each in found)
         shared = {name: getattr(self, name) for name in ("_soft", "sharp_lights", "lights")}
         for scene in scenes:
@@ -277,6 +275,22 @@ class Scene:
     def effective_cosine(self) -> EffectiveCosine:
         """The table of the scene's BRDF by which a directional map is looked up."""
         return effective_cosine(self.brdf)
+
+
+def materials_of_parts(mesh: Mesh, material: Material | None) -> tuple[Material, ...]:
+    """The material of each part of a model, by the names of its parts; nothing where all have one.
+
+    Parts whose names `material` does not know have the material itself.
+    """
+    if material is None or not material.parts or len(mesh.part_names) < 2:
+        return ()
+    known = {each.name: each for each in material.parts}
+    return tuple(known.get(name, material) for name in mesh.part_names)
+
+
+def brdfs_of_parts(mesh: Mesh, material: Material | None) -> tuple[Brdf, ...]:
+    """The BRDF of each part of a model, that at the mean of its maps where it has maps; nothing where all have one."""
+    return tuple(each.reflectance for each in materials_of_parts(mesh, material))
 
 
 def make_scene(

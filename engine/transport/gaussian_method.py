@@ -19,6 +19,7 @@ from engine.geometry.mesh import Mesh
 from engine.light.cube_map import cube_of
 from engine.light.environment import EnvironmentMap
 from engine.transport.baking.file import TransportFile
+from engine.transport.baking.parts import kinds_of, refuse_another_brdf
 from engine.transport.baking.radiance_error import error_lines
 from engine.transport.baking.settings import ERROR_VERTICES, GaussianSettings
 from engine.transport.baking.visibility import Receivers
@@ -61,7 +62,8 @@ def prepare(
     environment = None if tested is None else (tested.name, cube_of(tested, ERROR_EDGE))
     probes = gaussian_bake.PROBES if tested is None else ERROR_VERTICES
     mesh, ground = subject.mesh, subject.ground
-    steps = gaussian_bake.prepare(mesh, subject.brdf, asked, ground, varied, environment, probes, subject.kept)
+    kinds = kinds_of(mesh, subject.parts)
+    steps = gaussian_bake.prepare(mesh, subject.brdf, asked, ground, varied, environment, probes, subject.kept, kinds)
     return (yield from steps)
 
 
@@ -69,6 +71,7 @@ def again(file: TransportFile, brdf: Brdf, kept: Path | None) -> Steps[gaussian_
     """The bake in `file` with another BRDF; UsageError where parameters vary over the model."""
     yield Step(0.0, "looking at the BRDF")
     before = transport_of(file)
+    refuse_another_brdf(file)
     if file.settings["variations"]:
         raise UsageError(f"parameters of the BRDF of {file.path} vary over the model; bake again with another")
     names = gaussian_bake.BakeSettings.__dataclass_fields__
@@ -248,9 +251,12 @@ def _only(model: GlossySurface, chosen: Indices) -> GlossySurface:
             normals=mesh.normals[chosen],
             uv=mesh.uv[chosen],
             faces=faces[(faces >= 0).all(axis=1)].astype(np.int32),
+            part=None,
+            colours=None,
         ),
         ground_vertex=len(of_model),
         varied={name: values[of_model] for name, values in model.varied.items()},
+        kinds=None if model.kinds is None else model.kinds.choose(of_model),
         of=Receivers(of.caster, of.origin[chosen], of.normal[chosen], of.free[chosen]),
         frames=model.frames[chosen],
     )

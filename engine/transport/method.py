@@ -17,6 +17,7 @@ from importlib import import_module
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
+from engine.core.errors import UsageError
 from engine.core.params import Parameter, parameters
 from engine.transport.baking.settings import (
     ERROR_VERTICES,
@@ -54,7 +55,8 @@ class Subject:
     """Subject of a bake: `mesh`, on a ground if there is one, of a BRDF with parameters that may vary over the mesh.
 
     `kept` is the folder of records of visibility (`engine.transport.baking.visibility_record`), which spare a further
-    bake of the mesh its rays; None for none.
+    bake of the mesh its rays; None for none. `parts` are the BRDFs of the parts of the mesh, one for each of its part
+    names, in place of `brdf`; then each vertex belongs to one part (`engine.geometry.parts.split_parts`).
     """
 
     mesh: Mesh
@@ -62,6 +64,7 @@ class Subject:
     ground: Ground | None = None
     variations: Sequence[Variation] = ()
     kept: Path | None = None
+    parts: tuple[Brdf, ...] = ()
 
 
 class Work(Protocol):
@@ -173,6 +176,7 @@ class Method:
     have
         whatever is left out.
     variations : parameters of a BRDF, at most, that can vary from vertex to vertex.
+    parts : parts of a model can have BRDFs of their own.
     takes_brdf : another BRDF can be put in without a bake. on_cluster : chunks can be baked elsewhere.
     near_light : lamps may stand near the model.
     shares_rays : bakes of several settings can share their rays; `baking` is then a `shared_rays.Sharing` too.
@@ -197,6 +201,7 @@ class Method:
     shows: frozenset[str]
     always: frozenset[str] = frozenset()
     variations: int = 0
+    parts: bool = False
     takes_brdf: bool = False
     on_cluster: bool = False
     near_light: bool = False
@@ -227,6 +232,19 @@ class Method:
     def parameters(self) -> tuple[Parameter, ...]:
         """The parameters of a bake that a plan chooses and a sweep turns."""
         return tuple(each for each in parameters(self.settings) if each.sweep)
+
+    def check_parts(self, subject: Subject) -> None:
+        """UsageError where the parts of `subject` have BRDFs of their own and this method bakes one, or that varies."""
+        if subject.parts and subject.variations:
+            raise UsageError(
+                "parameters vary over a model of one BRDF, and this one has materials for its parts; choose one with "
+                "--material FILE#NAME or --brdf, or let nothing vary"
+            )
+        if subject.parts and not self.parts:
+            raise UsageError(
+                f"--mode {self.name} bakes one BRDF, and the model has materials for its parts; choose one with "
+                "--material FILE#NAME or --brdf"
+            )
 
     def with_values(self, values: Mapping[str, Any], settings: Any = None) -> Any:
         """`settings` (the defaults where None) with other values; numbers stand for flags, as in a plan.
@@ -261,6 +279,7 @@ METHODS: tuple[Method, ...] = (
         "engine.planning.methods.sh",
         _GLOSSY | {"self-shadowing", "interreflection", "all-frequency-light", "spatially-varying-gloss"},
         variations=2,
+        parts=True,
         takes_brdf=True,
         on_cluster=True,
         near_light=True,
@@ -283,6 +302,7 @@ METHODS: tuple[Method, ...] = (
         "engine.planning.methods.wavelet",
         _GLOSSY | {"self-shadowing", "interreflection", "all-frequency-light", "sun-split"},
         always=frozenset({"self-shadowing"}),
+        parts=True,
         on_cluster=True,
         shares_rays=True,
         dear="cube",
@@ -306,6 +326,7 @@ METHODS: tuple[Method, ...] = (
         _GLOSSY | {"self-shadowing", "interreflection", "all-frequency-light", "spatially-varying-gloss"},
         always=frozenset({"self-shadowing", "glossy", "anisotropy"}),
         variations=ANY_NUMBER,
+        parts=True,
         packed_share=0.56,
         mark=("t1", "▲"),
         frames=MappingProxyType({"gaussian": (1, 6)}),

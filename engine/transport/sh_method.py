@@ -20,6 +20,7 @@ from engine.factor.factor_file import open_reflectance
 from engine.geometry.camera import Vector
 from engine.light.environment import EnvironmentMap
 from engine.transport.baking.file import TransportFile
+from engine.transport.baking.parts import kinds_of, refuse_another_brdf
 from engine.transport.baking.radiance_error import error_lines, error_record, rounding_lines
 from engine.transport.baking.settings import BOUNCES, ERROR_VERTICES, ShLight, ShSettings
 from engine.transport.baking.spatially_varying import variation_from_text, variation_to_text
@@ -55,13 +56,15 @@ def bake_settings(settings: ShSettings, *, shadows: bool = True) -> sh_bake.Bake
 def prepare(subject: Subject, settings: ShSettings, _tested: EnvironmentMap | None = None) -> Steps[sh_bake.Work]:
     """Tabulate the BRDF and lay the bake out."""
     mesh, ground, variations = subject.mesh, subject.ground, subject.variations
-    work = yield from sh_bake.prepare(mesh, subject.brdf, bake_settings(settings), ground, variations)
+    kinds = kinds_of(mesh, subject.parts)
+    work = yield from sh_bake.prepare(mesh, subject.brdf, bake_settings(settings), ground, variations, kinds)
     return replace(work, kept=subject.kept)
 
 
 def again(file: TransportFile, brdf: Brdf, kept: Path | None) -> Steps[sh_bake.Work]:
     """The bake in `file` with another BRDF; UsageError where parameters vary over the model."""
     before = transport_of(file)
+    refuse_another_brdf(file)
     if file.settings.get("variations"):
         raise UsageError(f"parameters of the BRDF of {file.path} vary over the model; bake again with another")
     settings = sh_bake.BakeSettings(**{name: file.settings[name] for name in sh_bake.BakeSettings.__dataclass_fields__})
@@ -95,8 +98,8 @@ def measure(
     vertices: int = ERROR_VERTICES,
 ) -> Steps[dict[str, Any]]:
     """The error of the vertices under `tested` (`sh_error`)."""
-    of, varied = subject.brdf, subject.variations
-    measure = lambda cube: sh_error(work, of, cube, variations=varied, vertices=vertices)  # noqa: E731
+    of, varied, kinds = subject.brdf, subject.variations, kinds_of(subject.mesh, subject.parts)
+    measure = lambda cube: sh_error(work, of, cube, variations=varied, kinds=kinds, vertices=vertices)  # noqa: E731
     return (yield from error_record(tested, work.settings.edge, measure))
 
 
@@ -124,7 +127,7 @@ def figures(work: sh_bake.Work, baked: sh_bake.Baked, prepared_s: float) -> dict
 
 def _vary(work: sh_bake.Work) -> dict[str, Any]:
     """Numbers of the tables of a BRDF that varies, and the error of interpolation between them."""
-    if not isinstance(work.table, VariedTable):
+    if not isinstance(work.table, VariedTable) or not work.plan.header.settings["variations"]:
         return {}
     return {"tables": [len(some) for some in work.table.nodes], "interpolation_rel": work.table.interpolation_rel}
 
@@ -155,7 +158,7 @@ def relighter(transport: ShTransport, subject: Subject) -> Relight:
     def relight(light: Light, asked: ShLight, brdf: Brdf) -> Steps[RelightSh]:
         nonlocal last
         wanted = brdf, asked.vary
-        if wanted == baked:
+        if wanted == baked or subject.parts:
             last = baked, transport
         elif wanted != last[0]:
             last = wanted, (yield from _with_brdf(transport, brdf, asked))

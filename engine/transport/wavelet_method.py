@@ -18,9 +18,10 @@ from engine.core.steps import Step, Steps, drain, part
 from engine.factor.factor_file import open_reflectance
 from engine.factor.separable_factors import SeparableFactors
 from engine.light.environment import EnvironmentMap
-from engine.transport.baking.blend import blend_from_text, mixture, together
+from engine.transport.baking.blend import blend_from_text, mixture, pad, together
 from engine.transport.baking.file import TransportFile
 from engine.transport.baking.occluder import occluder_error
+from engine.transport.baking.parts import kinds_of, refuse_another_brdf
 from engine.transport.baking.radiance_error import error_lines, error_record, rounding_lines
 from engine.transport.baking.settings import BOUNCES, ERROR_VERTICES, WaveletLight, WaveletSettings
 from engine.transport.method import Relight, Subject
@@ -49,8 +50,10 @@ def prepare(
     subject: Subject, settings: WaveletSettings, tested: EnvironmentMap | None = None
 ) -> Steps[wavelet_bake.Work]:
     """Factor the BRDFs and lay the bake out, without terms that make the error under `tested` larger."""
-    asked = bake_settings(settings)
-    brdfs, sources = _brdfs(subject.brdf, settings)
+    asked, kinds = bake_settings(settings), kinds_of(subject.mesh, subject.parts)
+    if kinds is not None and (settings.blend or settings.albedo):
+        raise UsageError("--blend and --albedo are for a model of one BRDF; choose one with --material FILE#NAME")
+    brdfs, sources = _brdfs(subject.brdf, settings) if kinds is None else (list(kinds.brdfs), [])
     yield Step(0.0, "factoring the BRDF")
     bases = []
     for number, brdf in enumerate(brdfs):
@@ -64,13 +67,16 @@ def prepare(
     mixed = None
     if settings.blend or settings.albedo:
         mixed = mixture(subject.mesh, [each.terms for each in bases], sources, settings.albedo)
-    work = wavelet_bake.prepare(subject.mesh, together(bases), asked, subject.ground, mixed)
+    most = max(base.terms for base in bases)
+    factors = together([base if kinds is None else pad(base, most) for base in bases])
+    work = wavelet_bake.prepare(subject.mesh, factors, asked, subject.ground, mixed, kinds)
     return replace(work, kept=subject.kept)
 
 
 def again(file: TransportFile, brdf: Brdf, kept: Path | None) -> Steps[wavelet_bake.Work]:
     """The bake in `file` with another BRDF; UsageError where several were mixed."""
     before = transport_of(file)
+    refuse_another_brdf(file)
     if before.mixture is not None:
         raise UsageError(f"{file.path} mixes several BRDFs; bake again with other ones")
     named = {name: file.settings.get(name, value) for name, value in asdict(wavelet_bake.BakeSettings()).items()}
@@ -92,7 +98,7 @@ def _brdfs(brdf: Brdf, settings: WaveletSettings) -> tuple[list[Brdf], list[str]
 def parameters(work: wavelet_bake.Work, settings: WaveletSettings) -> dict[str, Any]:
     """The settings of a bake as its record states them."""
     return {
-        "terms": work.factors.terms,
+        "terms": work.terms,
         "bounces": work.settings.bounces,
         "cube": work.settings.edge,
         "coefficients": work.settings.coefficients,
@@ -114,11 +120,11 @@ def measure(
     vertices: int = ERROR_VERTICES,
 ) -> Steps[dict[str, Any]]:
     """The error of the vertices under `tested` (`wavelet_error`) and of a simplified occluder, and terms left out."""
-    brdfs = _brdfs(subject.brdf, settings)[0] if tested is not None else []
+    brdfs = [] if tested is None else work.kinds.brdfs if work.kinds else _brdfs(subject.brdf, settings)[0]
     measure = lambda cube: wavelet_error(work, brdfs, cube.radiance, vertices=vertices)  # noqa: E731
     found = yield from error_record(tested, work.settings.edge, measure)
     asked = subject.brdf.terms if isinstance(subject.brdf, SeparableFactors) else settings.terms
-    left_out = max(0, asked - work.factors.terms)
+    left_out = max(0, asked - work.terms)
     return {**found, "terms_not_stored": left_out, **(_occluder(work) if work.settings.occluder_cells else {})}
 
 
@@ -210,7 +216,7 @@ def illuminate(file: TransportFile, light: Light, asked: WaveletLight, _brdf: st
     rows = tuples(transport, lighting)
     reported = {
         "brdf": transport.factors.name,
-        "terms": transport.factors.terms,
+        "terms": transport.terms,
         "cube": transport.edge,
         "rounding_error_rel": rounding_error(file),
         "light_coefficients": lighting.light.kept,

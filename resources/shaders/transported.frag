@@ -12,6 +12,11 @@ in vec3 at_vertices;
 in vec3 view;
 in vec3 along;
 in vec3 terms[TERMS];
+#if defined(KINDS)
+flat in int layer_of_maps;
+#else
+const int layer_of_maps = 0;
+#endif
 #endif
 
 out vec4 radiance;
@@ -24,7 +29,7 @@ vec3 value()
 #if defined(TERMS)
     float one_frame = smoothstep(0.75, 0.93, dot(along, along));
     if (one_frame > 0.0)
-        return mix(at_vertices, mixed(normalize(view), terms), one_frame);
+        return mix(at_vertices, mixed(normalize(view), terms, layer_of_maps), one_frame);
 #endif
     return at_vertices;
 }

@@ -3,7 +3,8 @@
 // in: position relative to the centre of the mesh, unit normal, with BRUSHED the tangent; vertices from flat_vertex on
 // have a radiance of their own in `rows`, the same towards every side.
 // out: radiance towards the eye, linear and signed; where light is looked up at each fragment (TERMS), also the view
-// in the frame of the vertex, the tangent of that frame and what the light has made of each term. The tangent is 0
+// in the frame of the vertex, the tangent of that frame, what the light has made of each term, and with KINDS the first
+// layer of the maps, which is the same for all vertices of a triangle of the model. The tangent is 0
 // where the radiance of the vertices is all there is.
 
 #include "frame.glsl"
@@ -26,6 +27,9 @@ out vec3 at_vertices;
 out vec3 view;
 out vec3 along;
 out vec3 terms[TERMS];
+#if defined(KINDS)
+flat out int layer_of_maps;
+#endif
 #endif
 
 // A vertex of a face that is seen may be turned away itself.
@@ -48,6 +52,9 @@ void main()
 #if defined(TERMS)
     view = wo;
     along = is_flat ? vec3(0.0) : frame[0];
+#if defined(KINDS)
+    layer_of_maps = is_flat ? 0 : first_layer(gl_VertexID);
+#endif
     for (int k = 0; k < TERMS; ++k)
         terms[k] = is_flat ? vec3(0.0) : term_of(gl_VertexID, k);
 #endif

@@ -3,6 +3,7 @@
 // in: number of a vertex, unit direction to the eye in its frame (normal +z); out: linear radiance, signed. In `rows`
 // are all terms of one vertex after the other, then one for each vertex of the ground. Where fragments look terms up,
 // the sum at a vertex is only worked out where its first term is marked: beside others, no fragment asks for it.
+// With KINDS, the kinds of BRDFs of the vertices follow, and the maps of each kind begin with a layer of their own.
 
 #include "direction_map.glsl"
 
@@ -18,12 +19,12 @@ vec4 numbers(Taps taps, int layer)
 }
 
 #if defined(TERMS)
-vec3 mixed(vec3 wo, vec3 terms[TERMS])
+vec3 mixed(vec3 wo, vec3 terms[TERMS], int first)
 {
     Taps taps = taps_of(wo);
     vec4 found[(TERMS * PLANES + 3) / 4];
     for (int layer = 0; layer < found.length(); ++layer)
-        found[layer] = numbers(taps, layer);
+        found[layer] = numbers(taps, first + layer);
     vec3 sum = vec3(0.0);
     for (int k = 0; k < TERMS; ++k)
 #if PLANES == 1
@@ -40,6 +41,21 @@ vec3 mixed(vec3 wo, vec3 terms[TERMS])
 uniform int term_count;
 uniform int flat_row;
 uniform float flat_factor;
+
+#if defined(KINDS)
+uniform int kind_row;
+
+// The first layer of the maps of a vertex of the model.
+int first_layer(int vertex)
+{
+    return int(row(kind_row + vertex).r + 0.5) * ((term_count * PLANES + 3) / 4);
+}
+#else
+int first_layer(int vertex)
+{
+    return 0;
+}
+#endif
 
 vec3 term_of(int vertex, int k)
 {
@@ -60,9 +76,10 @@ vec3 radiance_of(int vertex, vec3 wo)
     Taps taps = taps_of(wo);
     vec3 sum = vec3(0.0);
     vec4 four;
+    int first = first_layer(vertex);
     for (int number = 0; number < term_count * PLANES; ++number) {
         if (number % 4 == 0)
-            four = numbers(taps, number / 4);
+            four = numbers(taps, first + number / 4);
         vec3 term = term_of(vertex, number / PLANES) * four[number % 4];
 #if PLANES == 1
         sum += term;

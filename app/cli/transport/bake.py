@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from app.arguments.options import add_search, settings_from
 from app.arguments.results import TRANSPORT, Input, Output
 from app.cli.brdf import BRDF_HELP
-from app.cli.doubts import doubts_of_brdf, mean_in_place_of_maps
+from app.cli.doubts import doubts_of_brdf, mean_in_place_of_maps, means_of_parts
 from app.cli.transport import bake_auto, project_input, scene_options
 from app.cli.transport import options as vary
 from app.cli.transport.bake_report import COMPILING, carry_out, subject_of
@@ -31,14 +31,18 @@ from engine.core.steps import Step, drain, part
 from engine.core.stopwatch import read_clock
 from engine.exchange.readers.read import open_material
 from engine.light.environment_file import open_environment
+from engine.scene.scene import materials_of_parts
 from engine.transport import method as transport
 from engine.transport.baking.check import BakeCheck, lines_of_check
 from engine.transport.baking.chunks import check_cluster
+from engine.transport.baking.parts import text_of
 from engine.transport.baking.spatially_varying import variation_to_text
 from engine.transport.method import Method
 
 if TYPE_CHECKING:
     from app.document.document import Project
+    from engine.geometry.mesh import Mesh
+    from engine.scene.material import Material
 
 EXAMPLE = "lightarc bake sphere --brdf ggx:alpha=0.3 --mode wavelet --ground -o sphere.transport"
 
@@ -135,14 +139,29 @@ def _take_brdf(arguments: argparse.Namespace, show: Callable[[Step], None]) -> d
         raise UsageError("a bake is of one BRDF: give --brdf or --material")
 
     show(Step(0.0, "reading the material"))
-    material = open_material(arguments.material, search=arguments.search)
+    material = open_material(arguments.material, parts=True, search=arguments.search)
     if material.measured is not None:
         raise UsageError("the material has a measured BRDF; give the measurement itself as --brdf")
     arguments.brdf = material.brdf
+    if material.parts:
+        arguments.model = scene_options.mesh_of(arguments)
+        if materials_of_parts(arguments.model, material):
+            arguments.of_parts = material
+            return _describe_parts(arguments.model, material)
     if material.pbr is None:
         words = f"the texels of {material.name} are left out: what is baked is its BRDF, {material.brdf}"
         return {"warnings": [f"{words}; lightarc render BAKE --material shows them in its light"]}
     return mean_in_place_of_maps(material, show, "baked")
+
+
+def _describe_parts(mesh: Mesh, material: Material) -> dict[str, Any]:
+    """The names of the materials of the parts, and what bakes leave out of them."""
+    found = {each.name: each for each in materials_of_parts(mesh, material)}
+    own = [f"{name}: {text}" for name, each in found.items() for text in each.health.warnings]
+    doubts = means_of_parts([*found.values()], "baked")
+    if mesh.colours is not None:
+        doubts.append("the colours of the vertices are left out; lightarc render BAKE --material shows them")
+    return {"materials": list(found), "warnings": [*doubts, *own]}
 
 
 def _choose_mode(arguments: argparse.Namespace) -> None:
@@ -181,12 +200,15 @@ def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], 
     else:
         subject = replace(subject, variations=variations_of(arguments, subject.brdf))
     tested = open_environment(arguments.error_env) if arguments.error_env is not None else None
+    method.check_parts(subject)
     before = time.perf_counter()
     work = drain(part(baking.prepare(subject, settings, tested), 0.0, 0.05), show)
     prepared_s = time.perf_counter() - before
     error = drain(baking.measure(work, subject, settings, tested), show)
     varied = arguments.vary or [variation_to_text(each) for each in subject.variations]
     parameters = {**baking.parameters(work, settings), **({"vary": varied} if method.variations else {})}
+    if subject.parts:
+        parameters["brdf"] = " | ".join(dict.fromkeys(map(text_of, subject.parts)))
     own = [] if tested is None else [tested]
     if project_input.is_given(arguments):
         scene = project_input.setup_of(arguments).scene

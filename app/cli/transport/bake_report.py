@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from app.arguments.usage import CANCELLED, DONE
 from app.cli.transport import project_input
@@ -20,9 +20,15 @@ from engine.factor.factor_file import open_reflectance
 from engine.geometry.backs import with_backs
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
+from engine.geometry.parts import split_parts
+from engine.scene.scene import brdfs_of_parts
 from engine.storage.resumable import discard_unfinished, find_unfinished
 from engine.transport.baking.check import BakeCheck, warnings_of_check
 from engine.transport.method import Baked, Subject, Work, method_of
+
+if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
+    from engine.scene.material import Material
 
 #: Share of the progress at which the bake ends and its check begins.
 CHECKED_FROM = 0.95
@@ -39,13 +45,19 @@ def subject_of(arguments: argparse.Namespace) -> Subject:
     if project_input.is_given(arguments):
         scene = project_input.setup_of(arguments).scene
         ground = None if scene.ground is None else replace(scene.ground, cells=arguments.ground_cells)
-        return Subject(with_backs(_brush(scene.mesh, arguments), ground), scene.brdf, ground, kept=visibility_folder())
+        return make_subject(_brush(scene.mesh, arguments), scene.brdf, ground, scene.material)
     ground = None
     if arguments.ground is not None:
         ground = Ground(albedo=arguments.ground, cells=arguments.ground_cells)
     brdf = open_reflectance(arguments.brdf)
-    mesh = with_backs(_brush(mesh_of(arguments), arguments), ground)
-    return Subject(mesh, brdf, ground, kept=visibility_folder())
+    return make_subject(_brush(mesh_of(arguments), arguments), brdf, ground, getattr(arguments, "of_parts", None))
+
+
+def make_subject(mesh: Mesh, brdf: Brdf, ground: Ground | None, material: Material | None) -> Subject:
+    """The subject of a bake of a model, whose parts have their BRDFs where `material` has several for them."""
+    parts = brdfs_of_parts(mesh, material)
+    whole = split_parts(mesh) if parts else mesh
+    return Subject(with_backs(whole, ground), brdf, ground, kept=visibility_folder(), parts=parts)
 
 
 def _brush(mesh: Mesh, arguments: argparse.Namespace) -> Mesh:

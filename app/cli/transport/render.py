@@ -263,7 +263,11 @@ def _draw_scene(setup: Setup | None, arguments: argparse.Namespace, show: Callab
     if mode is not None and not mode.shows_texels and material is not None and material.pbr is not None:
         keeps_parts = scene.material is not None
         seen = replace(scene, material=material)
-        by_mean = {"warnings": means_of_parts(seen)} if keeps_parts else mean_in_place_of_maps(material, show)
+        by_mean = (
+            {"warnings": means_of_parts([each.material for each in seen.parts if each.material is not None])}
+            if keeps_parts
+            else mean_in_place_of_maps(material, show)
+        )
     plan: dict[str, Any] = {}
     if arguments.mode == "auto":
         scene, arguments, plan = render_auto.plan(scene, arguments, show)
@@ -301,7 +305,8 @@ def _materials(scene: Scene) -> dict[str, Any]:
 def _setup(arguments: argparse.Namespace) -> Setup | None:
     """The project in the place of the model, whose mode and display hold where nothing else was asked for."""
     if not project_input.is_given(arguments):
-        project_input.with_defaults(arguments, DEFAULTS)
+        own = {name: value for name, value in DEFAULTS.items() if name != "tile"}  # which a bake by part says itself
+        project_input.with_defaults(arguments, own if render_transport.is_baked(arguments) else DEFAULTS)
         return None
     setup = project_input.setup_of(arguments)
     look = setup.project.look

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +23,8 @@ from engine.gl.draw import draw_off_screen
 from engine.render.direct import radiance
 from engine.render.shadowed import combine_shadowed, with_and_without
 from engine.scene.scene import Scene
+from engine.scene.settings import DEFAULTS as scene_defaults
+from engine.transport.baking.parts import parts_in
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -91,10 +94,14 @@ def doubts_of_texels(shown: NDArray[np.float32], unshadowed: NDArray[np.float32]
 
 
 def brdf_of_bake(file: TransportFile, arguments: argparse.Namespace) -> tuple[Brdf | None, list[str]]:
-    """The BRDF that an image of the bake is of: --brdf, or the one in the file; None where that is not a model, which a
-    sentence says."""
+    """The BRDF that an image of the bake is of: --brdf, or the one in the file.
+
+    None where parts have their own, or it is not a model, which a sentence says.
+    """
     if arguments.brdf:
         return open_reflectance(arguments.brdf), []
+    if "part_names" in file.settings:
+        return None, []
     name = str(file.settings.get("brdf", ""))
     try:
         return brdf_from_text(name), []
@@ -102,7 +109,9 @@ def brdf_of_bake(file: TransportFile, arguments: argparse.Namespace) -> tuple[Br
         return None, [f"The bake is of {name or 'a BRDF without a name'}, which is taken to be that of the material"]
 
 
-def scene_of_bake(relit: RelightTransport, light: Light, camera: Camera, arguments: argparse.Namespace) -> Scene:
+def scene_of_bake(
+    file: TransportFile, relit: RelightTransport, light: Light, camera: Camera, arguments: argparse.Namespace
+) -> Scene:
     """The model and ground of a bake as a scene of the material under the same light."""
     both, first = relit.mesh, relit.transport.ground_vertex
     mesh, ground = both, None
@@ -118,7 +127,8 @@ def scene_of_bake(relit: RelightTransport, light: Light, camera: Camera, argumen
             extent=float(np.ptp(square[:, 0]) / 2.0 / mesh.radius),
             cells=int(np.sqrt(len(square))) - 1,
         )
-    material = open_material(arguments.material, search=arguments.search)
+    mesh = _with_parts(mesh, file, first)
+    material = open_material(arguments.material, parts=True, search=arguments.search)
     return Scene(
         mesh,
         camera,
@@ -128,7 +138,7 @@ def scene_of_bake(relit: RelightTransport, light: Light, camera: Camera, argumen
         source=arguments.source,
         lookup=arguments.lookup,
         above=arguments.above,
-        repeats=arguments.tile,
+        repeats=arguments.tile or (scene_defaults.repeats if mesh.part is None else 1.0),
         tiling_mode=arguments.tiling_mode,
         environment=light.environment,
         environment_rotation=light.rotation,
@@ -137,3 +147,12 @@ def scene_of_bake(relit: RelightTransport, light: Light, camera: Camera, argumen
         near_lamps=light.near_lamps,
         ground=ground,
     )
+
+
+def _with_parts(mesh: Mesh, file: TransportFile, first: int) -> Mesh:
+    """The model of a bake with the parts that its file names."""
+    parts = parts_in(file, first)
+    if parts is None:
+        return mesh
+    part = np.ascontiguousarray(parts.part[mesh.faces[:, 0]])
+    return replace(mesh, part=part, part_names=parts.names, colours=parts.colours)

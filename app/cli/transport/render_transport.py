@@ -36,6 +36,7 @@ from engine.render.background import in_front_of
 from engine.render.transported import image_of
 from engine.render.turntable import middle
 from engine.scene.mode import DIRECT, REFERENCE
+from engine.scene.scene import brdfs_of_parts
 from engine.storage.readers import suffixes
 from engine.transport import method as transport
 from engine.transport.baking.check import NOT_COMPARED, warnings_at_render
@@ -87,7 +88,7 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     camera = parse(arguments.camera or "", render_turntable.frame_turntable(model, arguments))
     scene, brdf, doubts = None, None, list[str]()
     if arguments.material is not None:
-        scene = render_textured.scene_of_bake(relit, light, camera, arguments)
+        scene = render_textured.scene_of_bake(file, relit, light, camera, arguments)
         brdf, doubts = render_textured.brdf_of_bake(file, arguments)
     unchecked = [] if reused is not None else _list_unchecked(file, other)
     if arguments.turntable:
@@ -143,7 +144,8 @@ def run_project(
     started = time.perf_counter()
     choices = choices_for(arguments.mode, **setup.project.bakes.get(arguments.mode, {}))
     varied = setup.project.variations
-    wanted = make_request(scene.mesh, scene.ground, scene.brdf, choices, None, varied)
+    parts = brdfs_of_parts(scene.mesh, scene.material)
+    wanted = make_request(scene.mesh, scene.ground, scene.brdf, choices, None, varied, parts)
     found = keep(wanted, data_folder(setup.path))
     with tempfile.TemporaryDirectory() as folder:
         if found is None:

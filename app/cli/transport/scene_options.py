@@ -128,8 +128,8 @@ def _is_bundle(path: Path) -> bool:
 
 
 def mesh_of(arguments: argparse.Namespace) -> Mesh:
-    """The model that the arguments name, turned as they say."""
-    return open_mesh(arguments.mesh, arguments.orient or "auto")
+    """The model that the arguments name, turned as they say; `arguments.model` where it was read before."""
+    return getattr(arguments, "model", None) or open_mesh(arguments.mesh, arguments.orient or "auto")
 
 
 def scene_of(arguments: argparse.Namespace, verb: str) -> Scene:

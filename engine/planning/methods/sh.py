@@ -17,6 +17,7 @@ from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import channels, spherical_harmonics
 from engine.planning.effects.mode_error import FLOOR, ModeErrors, between, together
 from engine.scene.mode import Spread
+from engine.transport.baking.parts import kinds_of
 from engine.transport.baking.settings import BOUNCES, ShSettings
 from engine.transport.baking.visibility import every_ray
 from engine.transport.method import Subject, method_of
@@ -115,7 +116,8 @@ def prepare(plan: Any, subject: Subject, settings: ShSettings) -> Steps[PlannedB
     shadows = plan.shows("self-shadowing") or plan.shows("interreflection")
     asked = bake_settings(settings, shadows=shadows)
     mesh, ground, varied = subject.mesh, subject.ground, subject.variations
-    work = replace((yield from sh_bake.prepare(mesh, subject.brdf, asked, ground, varied)), kept=subject.kept)
+    kinds = kinds_of(mesh, subject.parts)
+    work = replace((yield from sh_bake.prepare(mesh, subject.brdf, asked, ground, varied, kinds)), kept=subject.kept)
 
     def start(path: str | os.PathLike[str]) -> Steps[Any]:
         forced = plan.decision("self-shadowing") == "forced on"

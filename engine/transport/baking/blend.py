@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -95,6 +95,12 @@ def blend_from_text(text: str) -> tuple[str, str]:
     if not brdf or not source or "=" in source:
         raise UsageError(f"{text[:60]!r} is not of the form BRDF:SOURCE, say ggx:alpha=0.1:y or phong:mask.png")
     return brdf, source
+
+
+def pad(base: SeparableFactors, terms: int) -> SeparableFactors:
+    """`base` with as many `terms`, of which those that it does not have are black."""
+    missing = ((0, terms - base.terms), (0, 0), (0, 0), (0, 0))
+    return replace(base, first=np.pad(base.first, missing), second=np.pad(base.second, missing))
 
 
 def together(bases: Sequence[SeparableFactors]) -> SeparableFactors:

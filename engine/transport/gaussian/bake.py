@@ -25,7 +25,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
+from engine.brdf.brdf import Brdf
 from engine.brdf.models.diffuse import Lambert
 from engine.core.cached import cached_property
 from engine.core.errors import UsageError
@@ -47,6 +47,7 @@ from engine.transport.baking.file import (
     write_transport,
 )
 from engine.transport.baking.held_visibility import hold_visibility
+from engine.transport.baking.parts import Kinds, parts_in, text_of_bake
 from engine.transport.baking.settings import GaussianSettings, WaveletSettings
 from engine.transport.baking.spatially_varying import Variation, variation_to_text
 from engine.transport.baking.visibility_record import is_kept, keep_visibility
@@ -198,15 +199,16 @@ def prepare(
     environment: tuple[str, CubeMap] | None = None,
     probes: int = PROBES,
     kept: Path | None = None,
+    kinds: Kinds | None = None,
 ) -> Steps[Work]:
     """Lay out the bake of `mesh`, on a ground where there is one, and try `probes` vertices; nothing is written.
 
     `variations` move parameters from vertex to vertex. `environment` is the name and cube map that errors are
     measured under, the studio by default; `kept` is the folder of records of visibility. UsageError where nothing
-    about the BRDF is glossy, or it has no such parameter.
+    about the BRDF is glossy, or it has no such parameter. With `kinds`, each part of the model has its own BRDF.
     """
     yield Step(0.0, "looking at the BRDF")
-    model = glossy_surface(mesh, brdf, ground, variations)
+    model = glossy_surface(mesh, brdf, ground, variations, kinds)
     texts = tuple(variation_to_text(variation) for variation in variations)
     return (yield from lay_out(model, settings, texts, environment, probes, kept))
 
@@ -222,8 +224,7 @@ def lay_out(
     """As `prepare`, of a model that is ready; `variations` as texts."""
     if all(material.glossy is None for material in model.coarse[1]):
         raise UsageError("this BRDF has no glossy part; bake it with --mode sh or wavelet")
-    brdf = model.brdf
-    name = brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
+    name = text_of_bake(model.brdf, model.kinds)
     tested, cube = environment or (TEST_ENVIRONMENT, cube_of(open_environment(TEST_ENVIRONMENT), TEST_EDGE))
     tried = yield from part(_try(model, settings, cube, probes), 0.05, 1.0)
     chosen = settings.weights
@@ -278,7 +279,7 @@ def _samples(model: GlossySurface, settings: BakeSettings, component: str, verti
 
 def _size_bytes(model: GlossySurface, settings: BakeSettings, tried: Sequence[Lobes]) -> int:
     """Bytes of the file, by one with all arrays at their size; those of compressed lobes scaled from `tried`."""
-    count, channels = model.ground_vertex, 3 if settings.indirect or model.varied else 1
+    count, channels = model.ground_vertex, 1 if model.is_uniform and not settings.indirect else 3
     arrays: dict[str, NDArray[Any]] = {
         "matt": np.broadcast_to(np.float32(0), (len(model.mesh.positions), channels, settings.order**2))
     }
@@ -410,6 +411,7 @@ def _settings(work: Work) -> dict[str, Any]:
         "variations": [text[:1000] for text in work.variations],
         "grazing": work.model.material.diffuse.grazing,
         "taken": list(work.weights),
+        **({} if work.model.kinds is None else work.model.kinds.stated()),
     }
 
 
@@ -474,7 +476,7 @@ def _plan(
 ) -> TransportPlan:
     """The file, all of it known."""
     diffuse = DiffuseTransfer(work.model, work.settings.order, work.settings.edge, work.settings.fine)
-    arrays: dict[str, NDArray[Any]] = {"matt": rows}
+    arrays: dict[str, NDArray[Any]] = {"matt": rows, **({} if work.model.kinds is None else work.model.kinds.arrays())}
     for component, some in zip(work.settings.components, stored, strict=True):
         arrays |= {f"{component}_{name}": array for name, array in some.items()}
     albedo = diffuse.albedo if rows.shape[1] == 1 else (1.0, 1.0, 1.0)
@@ -493,6 +495,7 @@ def _transport_of(file: TransportFile) -> GaussianTransport:
     first, albedo = int(settings["ground_vertex"]), float(settings["ground_albedo"])
     if not 0 <= first <= len(file.mesh.positions) or not 0.0 <= albedo <= 1.0:
         raise ValueError("its ground is none")
+    parts_in(file, first)
     components = tuple(_lobes_of(arrays, component, asked, first) for component in asked.components)
     red, green, blue = (float(value) for value in settings["matt_albedo"])
     if arrays["matt"].dtype != np.float32:

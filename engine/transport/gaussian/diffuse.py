@@ -60,7 +60,7 @@ class DiffuseTransfer:
     @property
     def channels(self) -> int:
         """3 where rows hold colours, else 1."""
-        return 1 if self.sent is None and not self.surface.varied else 3
+        return 1 if self.sent is None and self.surface.is_uniform else 3
 
     @property
     def albedo(self) -> tuple[float, float, float]:

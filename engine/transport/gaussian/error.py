@@ -163,6 +163,8 @@ def part_of(mesh: Mesh, vertices: Indices) -> Mesh:
         normals=mesh.normals[vertices],
         uv=mesh.uv[vertices],
         faces=np.zeros((1, 3), np.int32),
+        part=None,
+        colours=None,
     )
 
 

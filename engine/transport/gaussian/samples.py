@@ -22,7 +22,7 @@ import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, TypeVar
 
@@ -35,11 +35,13 @@ from engine.brdf.models.sampling_lobes import CosineLobe, Mixture, Sampler
 from engine.core.budget import thread_count
 from engine.core.cached import cached_property
 from engine.core.directions import Vectors, surface_direction
+from engine.core.errors import UsageError
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import caster_of, in_chunks
 from engine.transport.baking.diffuse_specular import DiffusePart, diffuse_part, parts
 from engine.transport.baking.held_visibility import HeldVisibility
+from engine.transport.baking.parts import MAX_KINDS, Kinds
 from engine.transport.baking.spatially_varying import (
     Variation,
     check_variations,
@@ -109,6 +111,7 @@ class GlossySurface:
     ground_albedo : of the ground.
     brdf : of the model; `varied` moves some of its parameters from vertex to vertex.
     varied : for each such parameter its values (ground_vertex,).
+    kinds : BRDFs of the parts of the model in place of `brdf`; None where it is of one.
     of : the vertices as receivers of light. frames : (V, 3, 3) with columns tangent, bitangent, normal.
     seen : what the vertices see, in place of rays for direct light; None where that has not been found.
     """
@@ -121,14 +124,27 @@ class GlossySurface:
     of: Receivers
     frames: Vectors
     seen: HeldVisibility | None = None
+    kinds: Kinds | None = None
+
+    @property
+    def is_uniform(self) -> bool:
+        """True if the model has one BRDF all over."""
+        return not self.varied and self.kinds is None
 
     @cached_property
     def material(self) -> Material:
         """That of `brdf` itself."""
         return material_of(self.brdf)
 
+    @cached_property
+    def materials(self) -> list[Material]:
+        """Those of the BRDFs of the parts, or the one of `brdf`."""
+        return [self.material] if self.kinds is None else [material_of(brdf) for brdf in self.kinds.brdfs]
+
     def material_at(self, vertex: int) -> Material:
         """That of a vertex of the model."""
+        if self.kinds is not None:
+            return self.materials[self.kinds.number[vertex]]
         if not self.varied:
             return self.material
         return material_of(
@@ -138,6 +154,8 @@ class GlossySurface:
     @cached_property
     def exact(self) -> tuple[Indices, list[DiffusePart]]:
         """For each vertex of the model the number of a diffuse part, and these."""
+        if self.kinds is not None:
+            return self.kinds.number, [material.diffuse for material in self.materials]
         if not self.varied:
             return np.zeros(self.ground_vertex, np.int64), [self.material.diffuse]
         kind, made = self._kinds(list(self.varied.values()))
@@ -149,6 +167,8 @@ class GlossySurface:
 
         For light that comes by way of the model, where a material for every vertex would cost more than it shows.
         """
+        if self.kinds is not None:
+            return self.kinds.number, self.materials
         if not self.varied:
             return np.zeros(self.ground_vertex, np.int64), [self.material]
         rounded = []
@@ -167,19 +187,35 @@ class GlossySurface:
     @cached_property
     def guard(self) -> AbstractContextManager[Any]:
         """To be held while the BRDF works: measurements use all threads, and not every pool lets two in."""
-        return nullcontext() if type(self.brdf) in MODELS.values() else threading.Lock()
+        brdfs = (self.brdf,) if self.kinds is None else self.kinds.brdfs
+        return nullcontext() if all(type(brdf) in MODELS.values() for brdf in brdfs) else threading.Lock()
 
 
 def glossy_surface(
-    mesh: Mesh, brdf: Brdf, ground: Ground | None = None, variations: Sequence[Variation] = ()
+    mesh: Mesh,
+    brdf: Brdf,
+    ground: Ground | None = None,
+    variations: Sequence[Variation] = (),
+    kinds: Kinds | None = None,
 ) -> GlossySurface:
-    """A model, on a ground where there is one; ValueError for `variations` that `brdf` does not have."""
+    """A model, on a ground where there is one; ValueError for `variations` that `brdf` does not have.
+
+    With `kinds`, each part has its BRDF; UsageError where some are cut in two in another way than the others.
+    """
     varied = {
         variation.parameter: variation.at(vertex_values(mesh, variation.source))
         for variation in check_variations(brdf, variations)
     }
     surface = mesh if ground is None else with_ground(mesh, ground)[0]
-    return model_on_ground(surface, len(mesh.positions), ground.albedo if ground else 0.0, brdf, varied)
+    made = model_on_ground(surface, len(mesh.positions), ground.albedo if ground else 0.0, brdf, varied)
+    if kinds is None:
+        return made
+    made = replace(made, brdf=kinds.brdfs[0], kinds=kinds)
+    if len({material.diffuse.grazing for material in made.materials}) > 1:
+        raise UsageError(
+            "Gaussians cannot bake parts of which only some have an Ashikhmin-Shirley BRDF; choose --mode sh or wavelet"
+        )
+    return made
 
 
 def model_on_ground(
@@ -295,18 +331,20 @@ def direct_samples(surface: GlossySurface, vertices: Indices, count: int) -> Tra
     if surface.seen is None:
         return gather(on_threads(lambda vertex: _mask_vertex(surface, vertex, count), vertices))
     counts = surface.seen.counts(vertices)
-    if surface.brdf.isotropic and not surface.varied:
+    is_isotropic = surface.brdf.isotropic if surface.kinds is None else surface.kinds.isotropic
+    if is_isotropic and not surface.varied:
         return _place_table(surface, vertices, counts, count)
     rows = dict(zip(vertices.tolist(), counts, strict=True))
     return gather(on_threads(lambda vertex: _look_up_vertex(surface, vertex, rows[vertex], count), vertices))
 
 
 def _place_table(surface: GlossySurface, vertices: Indices, counts: NDArray[np.uint8], count: int) -> TransportSamples:
-    """Samples from the table of the highlight, where visibility is `counts` (B, 6 edge²)."""
+    """Samples from the tables of the highlights, where visibility is `counts` (B, 6 edge²)."""
     seen, views = surface.seen, view_directions()
     assert seen is not None
     with surface.guard:
-        table = highlight_table(surface.material, count)
+        tables = [highlight_table(material, count) for material in surface.materials]
+    kind = np.zeros(surface.ground_vertex, np.int64) if surface.kinds is None else surface.kinds.number
     above = surface.frames[vertices, :, 2] @ views.T > 0.0
     start = np.concatenate([[0], np.cumsum(np.where(above, count, 0))]).astype(np.int64)
     direction, value, area = np.empty((start[-1], 3)), np.empty((start[-1], 3)), np.empty(start[-1])
@@ -316,15 +354,15 @@ def _place_table(surface: GlossySurface, vertices: Indices, counts: NDArray[np.u
             vertex, own = vertices[number], slice(start[VIEWS * number], start[VIEWS * (number + 1)])
             free, frame = bool(surface.of.free[vertex]), surface.frames[vertex]
             place_highlights(
-                table, views, above[number], frame, free, counts[number], seen.edge, seen.fine, direction[own],
-                value[own], area[own],
+                tables[kind[vertex]], views, above[number], frame, free, counts[number], seen.edge, seen.fine,
+                direction[own], value[own], area[own],
             )  # fmt: skip
 
     in_chunks(work, len(vertices), 8)
     return TransportSamples(start, direction, value, area)
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=MAX_KINDS)
 def highlight_table(material: Material, count: int) -> tuple[Vectors, Floats, Floats]:
     """Directions, values and areas of the glossy part of an isotropic BRDF, as `place_highlights` takes them."""
     theta = (np.arange(ANGLES) + 0.5) / ANGLES * (0.5 * np.pi)

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
+from engine.brdf.brdf import Brdf
 from engine.core.cached import cached_property
 from engine.core.errors import UsageError
 from engine.core.figure_text import size_text
@@ -44,12 +44,13 @@ from engine.transport.baking.file import (
     read_as,
     writing,
 )
+from engine.transport.baking.parts import Kinds, parts_in, text_of_bake
 from engine.transport.baking.settings import ShSettings
 from engine.transport.baking.spatially_varying import Variation, variation_to_text
 from engine.transport.baking.visibility import Receivers, find_unshaded, portion, receivers, visibility_shares
 from engine.transport.baking.visibility_record import is_kept, keep_visibility
 from engine.transport.sh.brdf_table import BrdfTable
-from engine.transport.sh.brdf_table_varying import Table, VariedTable, table_of, tables_of
+from engine.transport.sh.brdf_table_varying import Table, VariedTable, table_of, tables_of, tabulate_kinds
 from engine.transport.sh.interreflection import Surroundings, gather, reflections, transfer_open
 from engine.transport.sh.transfer import (
     STEP,
@@ -236,16 +237,21 @@ def prepare(
     settings: BakeSettings,
     ground: Ground | None = None,
     variations: Sequence[Variation] = (),
+    kinds: Kinds | None = None,
 ) -> Steps[Work]:
     """Tabulate the BRDF and lay out the bake of `mesh`, on a ground where there is one; nothing is written.
 
     `variations`, two at most, move parameters of the BRDF from vertex to vertex of the model. UsageError where
-    it does not have them, InputError for an image that cannot be read.
+    it does not have them, InputError for an image that cannot be read. With `kinds`, each part of the model has its
+    own BRDF.
     """
-    table = yield from table_of(brdf, settings.order, variations, mesh)
+    if kinds is None:
+        table = yield from table_of(brdf, settings.order, variations, mesh)
+    else:
+        table = yield from tabulate_kinds(kinds.brdfs, kinds.number, settings.order)
     surface = mesh if ground is None else with_ground(mesh, ground)[0]
     albedo = ground.albedo if ground else 0.0
-    return lay_out(surface, len(mesh.positions), albedo, brdf, table, settings, variations)
+    return lay_out(surface, len(mesh.positions), albedo, brdf, table, settings, variations, kinds)
 
 
 def lay_out(
@@ -256,10 +262,13 @@ def lay_out(
     table: Table,
     settings: BakeSettings,
     variations: Sequence[Variation] = (),
+    kinds: Kinds | None = None,
 ) -> Work:
     """As `prepare`, of a model and its ground of an `albedo`, whose first vertex is `first`, and a BRDF in a table."""
-    name = brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
-    table, stated, arrays = _store(table, is_diffuse(brdf))
+    name = text_of_bake(brdf, kinds)
+    table, stated, arrays = _store(table, all(map(is_diffuse, (brdf,) if kinds is None else kinds.brdfs)))
+    if kinds is not None:
+        stated, arrays = {**stated, **kinds.stated()}, {**arrays, **kinds.arrays()}
     empty = Work(surface, first, table, albedo, settings, _caster(surface, settings), None)  # type: ignore[arg-type]
     plan = plan_transport(
         KIND,
@@ -426,6 +435,7 @@ def _transport_of(file: TransportFile) -> ShTransport:
     if not 0 <= first <= len(file.mesh.positions) or not 0.0 <= albedo <= 1.0:
         raise ValueError("its ground is none")
     rows, table = file.arrays["rows"], _table_of(file)
+    parts_in(file, first)
     if rows.dtype != np.float32:
         raise ValueError("its rows are of another type")
     return ShTransport(file.mesh, first, table.diffuse, albedo, table, bool(settings["bounces"]), rows)
@@ -435,7 +445,7 @@ def _table_of(file: TransportFile) -> Table:
     """The BRDF in a file; ValueError, KeyError or TypeError where it is none."""
     settings, values = file.settings, file.arrays["table"].astype(np.float64)
     order, error, diffuse = int(settings["order"]), float(settings["table_error_rel"]), bool(settings["diffuse"])
-    varied = bool(settings.get("variations"))
+    varied = "nodes" in settings
     if values.shape[-2:] != (order**2, 3) or values.ndim - varied not in (3, 4) or not np.isfinite(values).all():
         raise ValueError("its table of the reflectance is none")
     if not varied:

@@ -14,7 +14,7 @@ tables are needed a tenth of that for each; a smooth parameter needs 2 to 9, and
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise, product
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -29,6 +29,7 @@ from engine.core.errors import UsageError
 from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part, relay
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.geometry.mesh import Mesh
 from engine.transport.baking.spatially_varying import (
     Variation,
@@ -227,6 +228,40 @@ def tabulate_varied(brdf: Brdf, order: int, variations: Sequence[Variation], num
         named = _name_steps(tabulate(one, order), f"table {number + 1} of {len(grid)}")
         tables.append((yield from part(named, 0.3 + 0.7 * number / len(grid), 0.3 + 0.7 * (number + 1) / len(grid))))
     return VariedTable(tuple(tables), tuple(nodes), np.asarray(numbers, np.float64), left)
+
+
+def tabulate_kinds(brdfs: Sequence[Brdf], kind: NDArray[np.int64], order: int) -> Steps[Table]:
+    """The tables of several BRDFs, of which each vertex has the one that `kind` (V,) says.
+
+    They are the nodes of one number, at which each vertex lies. Where a BRDF is brushed, all have maps.
+    """
+    tables: list[BrdfTable] = []
+    for number, brdf in enumerate(brdfs):
+        named = _name_steps(tabulate(brdf, order), f"table {number + 1} of {len(brdfs)}")
+        tables.append((yield from part(named, number / len(brdfs), (number + 1) / len(brdfs))))
+    if len(tables) == 1:
+        return tables[0]
+    nodes = np.linspace(0.0, 1.0, len(tables))
+    return VariedTable(tuple(_of_one_shape(tables)), (nodes,), nodes[kind][:, None])
+
+
+def _of_one_shape(tables: Sequence[BrdfTable]) -> list[BrdfTable]:
+    """The same tables with values of one shape, and diffuse only where all are."""
+    diffuse = all(table.diffuse for table in tables)
+    if all(table.isotropic for table in tables):
+        rows = max(len(table.values) for table in tables)
+        values = [table.at(isotropic_views(rows)) if len(table.values) < rows else table.values for table in tables]
+    else:
+        values = [_map_of(table) if table.isotropic else table.values for table in tables]
+    return [replace(table, values=value, diffuse=diffuse) for table, value in zip(tables, values, strict=True)]
+
+
+def _map_of(table: BrdfTable) -> Floats:
+    """The values of an isotropic table as the map of a brushed one."""
+    hemisphere_map = HemisphereMap("parabolic", MAP_SIZE)
+    values = np.zeros((*hemisphere_map.shape, table.order**2, 3))
+    values[hemisphere_map.mask] = table.at(hemisphere_map.directions)
+    return values
 
 
 class _Probes:

@@ -9,6 +9,7 @@ import numpy as np
 from engine.brdf.brdf import Brdf
 from engine.core.steps import Step, Steps
 from engine.light.cube_map import CubeMap, cube_directions, cube_solid_angles
+from engine.transport.baking.parts import Kinds
 from engine.transport.baking.radiance_error import Deviation, RadianceError, choose_tried_pairs, exact_radiance
 from engine.transport.baking.spatially_varying import Variation, vary_brdf
 from engine.transport.baking.visibility import receivers
@@ -25,6 +26,7 @@ def sh_error(
     cube: CubeMap,
     *,
     variations: Sequence[Variation] = (),
+    kinds: Kinds | None = None,
     vertices: int = 400,
     views: int = 20,
     window: Window = "none",
@@ -32,7 +34,7 @@ def sh_error(
 ) -> Steps[RadianceError]:
     """The error of the bake `work` of the BRDF `brdf` under a cube map, on vertices of the model.
 
-    Where the BRDF varies, each vertex is compared with its own.
+    Where the BRDF varies, or parts have their own (`kinds`), each vertex is compared with its own.
 
     ValueError where the edge of the map is not that over which visibility is counted.
     """
@@ -60,7 +62,7 @@ def sh_error(
             local = towards @ frame
             seen = local[local[:, 2] > 0.0]
             visible = counts[start + number] / work.settings.fine**2
-            base = _brdf_at(work, brdf, variations, int(vertex))
+            base = kinds.at(int(vertex)) if kinds is not None else _brdf_at(work, brdf, variations, int(vertex))
             exact = exact_radiance(base, directions @ frame, visible, incident, seen)
             own = lit[number * count : (number + 1) * count]
             if work.table.diffuse:

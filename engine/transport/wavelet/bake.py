@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
+from engine.brdf.brdf import MODELS, Brdf
 from engine.core.errors import UsageError
 from engine.core.figure_text import size_text
 from engine.core.params import check_values
@@ -44,6 +44,7 @@ from engine.transport.baking.file import (
     writing,
 )
 from engine.transport.baking.occluder import Occluder, simplify
+from engine.transport.baking.parts import Kinds, parts_in, text_of
 from engine.transport.baking.settings import Signs, WaveletSettings
 from engine.transport.baking.visibility import Receivers, portion, receivers, visibility_shares
 from engine.transport.baking.visibility_record import is_kept, keep_visibility
@@ -57,6 +58,7 @@ from engine.transport.wavelet.transfer import (
     check_mixture,
     cube_texels,
     light_maps,
+    of_each_kind,
     transport_vectors,
     vectors_of,
     vertex_frames,
@@ -124,6 +126,22 @@ class Work:
     plan: TransportPlan
     mixture: Mixture | None = None
     kept: Path | None = None
+    kinds: Kinds | None = None
+
+    @property
+    def kind(self) -> NDArray[np.int64] | None:
+        """(ground_vertex,) the BRDF of each vertex of the model, where its parts have their own."""
+        return None if self.kinds is None else self.kinds.number
+
+    @property
+    def count(self) -> int:
+        """Number of these BRDFs, 1 where there is one."""
+        return 1 if self.kinds is None else len(self.kinds.brdfs)
+
+    @property
+    def terms(self) -> int:
+        """Rows of a vertex of the model."""
+        return self.factors.terms // self.count
 
     @property
     def vertices(self) -> int:
@@ -194,7 +212,7 @@ def factors_of_each(
     found = yield from part(
         separate(brdf, hemisphere_map, most, weighting=weighting, reference=pairs, shared=True), 0.0, share
     )
-    name = brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
+    name = text_of(brdf)
     every = replace(found.factors, name=name)
     first = {terms: every.truncate(min(terms, every.terms)) for terms in counts}
     if type(brdf) not in MODELS.values():
@@ -232,13 +250,15 @@ def prepare(
     settings: BakeSettings,
     ground: Ground | None = None,
     mixture: Mixture | None = None,
+    kinds: Kinds | None = None,
 ) -> Work:
     """Lay out the bake of `mesh`, on a ground where there is one; nothing is written yet.
 
-    With `mixture`, `factors` are of several BRDFs (`engine.transport.baking.blend.together`).
+    With `mixture`, `factors` are of several BRDFs (`engine.transport.baking.blend.together`), and with `kinds` of the
+    BRDF of each kind, with as many terms.
     """
     surface = mesh if ground is None else with_ground(mesh, ground)[0]
-    return lay_out(surface, len(mesh.positions), factors, settings, ground.albedo if ground else 0.0, mixture)
+    return lay_out(surface, len(mesh.positions), factors, settings, ground.albedo if ground else 0.0, mixture, kinds)
 
 
 def lay_out(
@@ -248,14 +268,16 @@ def lay_out(
     settings: BakeSettings,
     ground_albedo: float,
     mixture: Mixture | None = None,
+    kinds: Kinds | None = None,
 ) -> Work:
     """As `prepare`, of a model with its ground, whose first vertex is `first`."""
-    check_factors(factors)
+    terms = factors.terms // (1 if kinds is None else len(kinds.brdfs))
+    check_factors(factors, terms)
     if mixture is not None:
         check_mixture(mixture, factors, first)
     if mixture is not None and settings.bounces:
         raise UsageError("interreflection is baked for one BRDF, not for one that varies or is coloured by an image")
-    rows = row_bounds(len(surface.positions), first, factors.terms, settings.edge)
+    rows = row_bounds(len(surface.positions), first, terms, settings.edge)
     if settings.bounces:  # the vectors of bounces follow
         rows = np.concatenate([rows, rows[-1] + rows[1:]])
     plan = plan_transport(
@@ -272,8 +294,14 @@ def lay_out(
             "reciprocal": factors.reciprocal,
             "step": STEP,
             **({} if mixture is None else {"bases": list(mixture.terms)}),
+            **({} if kinds is None else kinds.stated()),
         },
-        {"view_maps": factors.first, "light_maps": factors.second, **_mixture_arrays(mixture)},
+        {
+            "view_maps": factors.first,
+            "light_maps": factors.second,
+            **_mixture_arrays(mixture),
+            **({} if kinds is None else kinds.arrays()),
+        },
         {
             "indices": ("<u2", (settings.coefficients,)),
             "words": ("<u4", (settings.coefficients,)),
@@ -286,7 +314,7 @@ def lay_out(
         occluder = simplify(surface, settings.occluder_cells)
     else:
         occluder = Occluder(caster_of(surface))
-    return Work(surface, first, factors, ground_albedo, settings, occluder, plan, mixture)
+    return Work(surface, first, factors, ground_albedo, settings, occluder, plan, mixture, kinds=kinds)
 
 
 def _mixture_arrays(mixture: Mixture | None) -> dict[str, NDArray[np.float32]]:
@@ -325,7 +353,7 @@ def bake(path: str | os.PathLike[str], work: Work, cluster: str | None = None) -
         sizes, missing = np.diff(recipe["bounds"]), list(writer.missing)
         remote = Remote(cluster, maker, recipe) if cluster else None
         direct = [chunk for chunk in missing if chunk < len(sizes)]
-        visibility_s = yield from part(fill(writer, _Baker(recipe, of), direct, sizes, remote), 0.0, share)
+        visibility_s = yield from part(fill(writer, Baker(recipe, of), direct, sizes, remote), 0.0, share)
         if len(missing) > len(direct):
             yield from part(_add_bounces(work, writer, recipe), share, 1.0)
         yield Step(1.0, "writing")
@@ -358,7 +386,8 @@ def surroundings_of(work: Work) -> Surroundings:
     """The surroundings of a bounce of `work`."""
     surface, first, albedo = work.surface, work.ground_vertex, work.ground_albedo
     frames = vertex_frames(surface, work.factors.isotropic)
-    return Surroundings(surface, receivers(surface), frames, work.factors, first, albedo, work.settings.gather)
+    rays = work.settings.gather
+    return Surroundings(surface, receivers(surface), frames, work.factors, first, albedo, rays, work.kind, work.count)
 
 
 def recipe_of(work: Work, of: Receivers) -> Recipe:
@@ -378,16 +407,18 @@ def recipe_of(work: Work, of: Receivers) -> Recipe:
         "edge": settings.edge,
         "fine": settings.fine,
         "coefficients": settings.coefficients,
+        "kinds": work.count,
+        **({} if work.kind is None else {"kind": work.kind}),
     }
 
 
 def maker(recipe: Recipe) -> Make:
     """Chunks of a bake by their numbers, from `recipe_of` it."""
     caster = RayCaster(recipe["positions"], recipe["faces"])
-    return _Baker(recipe, Receivers(caster, recipe["origin"], recipe["normal"], recipe["free"]))
+    return Baker(recipe, Receivers(caster, recipe["origin"], recipe["normal"], recipe["free"]))
 
 
-class _Baker:
+class Baker:
     """Turns vertices into vectors, with everything that all vertices share."""
 
     def __init__(self, recipe: Recipe, of: Receivers) -> None:
@@ -411,23 +442,45 @@ class _Baker:
 
     def vectors(self, vertices: NDArray[np.int64], counts: NDArray[np.uint8]) -> dict[str, NDArray[Any]]:
         """The same from how many parts of each texel they see."""
-        recipe = self._recipe
-        of_model = vertices[0] < recipe["ground_vertex"]
+        recipe, ground = self._recipe, np.ones((1, 1, 1), np.float32)
+        if vertices[0] >= recipe["ground_vertex"]:
+            return self._vectors(vertices, counts, DIFFUSE, ground)
+        kind, light_maps, found = recipe.get("kind"), recipe["light_maps"], dict[str, NDArray[Any]]()
+        terms = len(light_maps) // recipe["kinds"]
+        for factors, some in of_each_kind(kind, terms, vertices):
+            own = self._vectors(vertices[some], counts[some], self._hemisphere_map, light_maps[factors])
+            rows = (some[:, None] * terms + np.arange(terms)).reshape(-1)
+            for name, array in own.items():
+                found.setdefault(name, np.empty((len(vertices) * terms, *array.shape[1:]), array.dtype))[rows] = array
+        return found
+
+    def _vectors(
+        self,
+        vertices: NDArray[np.int64],
+        counts: NDArray[np.uint8],
+        hemisphere_map: HemisphereMap,
+        light_maps: NDArray[np.float32],
+    ) -> dict[str, NDArray[Any]]:
         return transport_vectors(
-            recipe["frames"][vertices],
+            self._recipe["frames"][vertices],
             np.ascontiguousarray(counts),
-            recipe["fine"] ** 2,
+            self._recipe["fine"] ** 2,
             self._texels,
-            self._hemisphere_map if of_model else DIFFUSE,
-            recipe["light_maps"] if of_model else np.ones((1, 1, 1), np.float32),
-            recipe["coefficients"],
+            hemisphere_map,
+            light_maps,
+            self._recipe["coefficients"],
         )
+
+
+def baker_of(work: Work, of: Receivers) -> Baker:
+    """Baker of the vectors of `work` in this process; `of` are its vertices as receivers."""
+    return Baker(recipe_of(work, of), of)
 
 
 def bake_in_memory(work: Work, vertices: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int64], Mapping[str, Any]]]:
     """Vectors of chosen vertices of the model, chunk by chunk, without a file."""
     of = work.occluder.receivers(work.surface)
-    baker = _Baker(recipe_of(work, of), of)
+    baker = baker_of(work, of)
     for chunk, counts in visibility_shares(of, work.settings.edge, work.settings.fine, vertices):
         yield chunk, baker.vectors(chunk, counts)
 
@@ -444,7 +497,7 @@ def estimate_s(work: Work) -> float:
     of = keep_visibility(work.occluder.receivers(work.surface), work.kept)
     if not is_kept(of, settings.edge, settings.fine):
         of = replace(of, record=None)  # a block is more than is tried
-    baker = _Baker(recipe_of(work, of), of)
+    baker = baker_of(work, of)
     shared_s = time.perf_counter() - started
     size = portion(settings.edge)
     total_s = shared_s + estimate_chunks_s(baker.compute_rows, work.vertices, work.ground_vertex, size)
@@ -467,6 +520,7 @@ def _transport_of(file: TransportFile) -> WaveletTransport:
     vectors = vectors_of(file.arrays)
     vectors.check(int(settings["edge"]))
     bounces = None
+    parts = parts_in(file, int(settings["ground_vertex"]))
     if settings.get("bounces"):
         rows = len(vectors.counts) // 2
         vectors, bounces = vectors.select(slice(0, rows)), vectors.select(slice(rows, None))
@@ -479,6 +533,8 @@ def _transport_of(file: TransportFile) -> WaveletTransport:
         vectors,
         _mixture_of(file),
         bounces,
+        None if parts is None else parts.kind[parts.part],
+        1 if parts is None else int(parts.kind.max()) + 1,
     )
 
 

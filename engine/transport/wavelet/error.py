@@ -25,16 +25,14 @@ from engine.light.cube_map import cube_of
 from engine.light.environment import EnvironmentMap
 from engine.transport.baking.blend import Mixture
 from engine.transport.baking.radiance_error import Deviation, RadianceError, choose_tried_pairs, exact_radiance
-from engine.transport.baking.visibility import visibility_shares
-from engine.transport.wavelet.bake import Work
+from engine.transport.baking.visibility import Receivers, visibility_shares
+from engine.transport.wavelet.bake import Work, baker_of
 from engine.transport.wavelet.quantise import THRESHOLD, encode_light
 from engine.transport.wavelet.transfer import (
     WaveletTransport,
     cube_texels,
-    light_maps,
     radiance_towards,
     relight_transport,
-    transport_vectors,
     vectors_of,
     vertex_frames,
 )
@@ -56,18 +54,19 @@ def wavelet_error(
 ) -> Steps[RadianceError]:
     """The error of the bake `work` of the BRDF `brdf` under a cube map (6, N, N, 3), on vertices of the model.
 
-    Where BRDFs are mixed, `brdf` has all of them in order. ValueError where the cube map does not fit the
-    settings of the bake.
+    Where BRDFs are mixed, or of parts of the model, `brdf` has all of them in order. ValueError where the cube map
+    does not fit the settings of the bake.
     """
     chosen, towards = choose_tried_pairs(work.ground_vertex, vertices, views, seed)
     light = encode_light(radiance, threshold)
     texels = cube_texels(work.settings.edge)
     incident = np.asarray(radiance, np.float64).reshape(-1, 3) * texels.area[:, None]
     yield Step(0.0, "casting rays")
-    shares = visibility_shares(work.occluder.receivers(work.surface), work.settings.edge, work.settings.fine, chosen)
+    of = work.occluder.receivers(work.surface)
+    shares = visibility_shares(of, work.settings.edge, work.settings.fine, chosen)
     visible = np.concatenate([counts for _, counts in shares])
-    transport = _transport(work, chosen, visible)
-    mixed = transport.mixture or Mixture((work.factors.terms,), np.ones((len(chosen), 1), np.float32))
+    transport = _transport(work, of, chosen, visible)
+    mixed = transport.mixture or Mixture((work.terms,), np.ones((len(chosen), 1), np.float32))
     rows = mixed.applied(relight_transport(transport, light))
     bases = list(brdf) if isinstance(brdf, Sequence) else [brdf]
     found = [radiance_towards(transport, rows, np.broadcast_to(wo, (len(chosen), 3))) for wo in towards]
@@ -76,7 +75,8 @@ def wavelet_error(
         local, cosine = towards @ frame, towards @ frame[:, 2]
         seen = np.flatnonzero(cosine > 0.0)
         open_share = visible[number] / work.settings.fine**2
-        own = [exact_radiance(base, texels.direction @ frame, open_share, incident, local[seen]) for base in bases]
+        own_bases = bases if work.kind is None else [bases[work.kind[chosen[number]]]]
+        own = [exact_radiance(base, texels.direction @ frame, open_share, incident, local[seen]) for base in own_bases]
         exact = np.einsum("b,bvc->vc", mixed.weights[number], np.stack(own))
         exact *= 1.0 if mixed.albedo is None else mixed.albedo[number]
         values = np.stack([found[view].value[number] for view in seen]) if seen.size else exact
@@ -85,27 +85,23 @@ def wavelet_error(
     return deviation.error(float(np.mean([each.negative_rel for each in found])))
 
 
-def _transport(work: Work, chosen: NDArray[np.int64], visible: NDArray[np.uint8]) -> WaveletTransport:
+def _transport(work: Work, of: Receivers, chosen: NDArray[np.int64], visible: NDArray[np.uint8]) -> WaveletTransport:
     """The transport of the chosen vertices alone, as if they were all."""
     frames = vertex_frames(work.surface, work.factors.isotropic)[chosen]
-    arrays = transport_vectors(
-        frames,
-        visible,
-        work.settings.fine**2,
-        cube_texels(work.settings.edge),
-        work.factors.hemisphere_map,
-        light_maps(work.factors),
-        work.settings.coefficients,
-    )
+    arrays = baker_of(work, of).vectors(chosen, visible)
     some = replace(
         work.surface,
         positions=work.surface.positions[chosen],
         normals=work.surface.normals[chosen],
         uv=work.surface.uv[chosen],
         faces=np.zeros((1, 3), np.int32),
+        part=None,
+        colours=None,
     )
     mixture = None if work.mixture is None else work.mixture.of(chosen)
-    transport = WaveletTransport(some, len(chosen), work.factors, 0.0, work.settings.edge, vectors_of(arrays), mixture)
+    kind = None if work.kind is None else work.kind[chosen]
+    vectors, edge = vectors_of(arrays), work.settings.edge
+    transport = WaveletTransport(some, len(chosen), work.factors, 0.0, edge, vectors, mixture, None, kind, work.count)
     object.__setattr__(transport, "frames", frames)  # cached: those of the whole mesh, with its tangents
     return transport
 

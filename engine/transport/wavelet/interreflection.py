@@ -36,6 +36,7 @@ from engine.transport.sh.interreflection import make_pattern
 from engine.transport.wavelet.haar import FACES, candidates, select
 from engine.transport.wavelet.kernel import store_vector
 from engine.transport.wavelet.quantise import STEP
+from engine.transport.wavelet.transfer import of_each_kind
 
 #: Edge of the faces up to whose details bounces are kept, and the share of a vector's coefficients that they keep. On a
 #: torus knot over a bright floor all of them lower the error by 1.5 % of it, a fourth raises it by 3 %, and details of
@@ -52,7 +53,8 @@ Rows = dict[str, NDArray[Any]]
 class Surroundings:
     """The surface with its receivers and frames (V, 3, 3), its factors, and the rays of a vertex for a bounce.
 
-    The ground, with its albedo, begins with vertex `first`.
+    The ground, with its albedo, begins with vertex `first`. `kind` (first,) is that of the `kinds` BRDFs which
+    each vertex of the model has, where there are several (`WaveletTransport`).
     """
 
     surface: Mesh
@@ -62,10 +64,12 @@ class Surroundings:
     first: int
     ground_albedo: float
     rays: int
+    kind: NDArray[np.int64] | None = None
+    kinds: int = 1
 
     @property
     def terms(self) -> int:
-        return self.factors.terms
+        return self.factors.terms // self.kinds
 
     def rows_of(self, vertices: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """The first row of each of `vertices`, and how many there are."""
@@ -160,7 +164,8 @@ def _view_weights(around: Surroundings, vertices: NDArray[np.int64], towards: Ve
     weights = np.zeros((len(vertices), around.terms, 3), np.float32)
     front = local[:, 2] > 0.0
     model, ground = np.flatnonzero(front & (vertices < around.first)), front & (vertices >= around.first)
-    weights[model] = _look_up(around.factors, around.factors.first, local[model])
+    for factors, some in of_each_kind(around.kind, around.terms, vertices[model]):
+        weights[model[some]] = _look_up(around.factors, around.factors.first[factors], local[model[some]])
     weights[ground, 0] = around.ground_albedo / np.pi
     return weights
 
@@ -171,7 +176,10 @@ def _light_weights(around: Surroundings, vertices: NDArray[np.int64], direction:
         return np.ones((len(vertices), 1, 3), np.float32)
     local = np.einsum("nij,ni->nj", around.frames[vertices], direction)
     local[:, 2] = np.maximum(local[:, 2], 0.0)
-    return _look_up(around.factors, around.factors.second, local)
+    weights = np.empty((len(vertices), around.terms, 3), np.float32)
+    for factors, some in of_each_kind(around.kind, around.terms, vertices):
+        weights[some] = _look_up(around.factors, around.factors.second[factors], local[some])
+    return weights
 
 
 def _look_up(factors: SeparableFactors, maps: NDArray[np.float32], local: Vectors) -> NDArray[np.float32]:

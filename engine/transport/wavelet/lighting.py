@@ -23,7 +23,13 @@ from engine.light.lamps import Lamp, lights_of_all
 from engine.light.sun_split import split_sun
 from engine.transport.wavelet.haar import FACES
 from engine.transport.wavelet.quantise import THRESHOLD, WaveletLight, encode_light
-from engine.transport.wavelet.transfer import WaveletTransport, cube_texels, reflect_light, relight_transport
+from engine.transport.wavelet.transfer import (
+    WaveletTransport,
+    cube_texels,
+    of_each_kind,
+    reflect_light,
+    relight_transport,
+)
 
 #: Standard deviation in rad of the lobes that lamps are for interreflection, some texels of its vectors.
 LOBE = 0.1
@@ -112,7 +118,7 @@ def _lobes(lights: DistantLights, edge: int) -> WaveletLight:
 def lamp_tuples(transport: WaveletTransport, lights: DistantLights) -> NDArray[np.float64]:
     """The K-tuples (R, 3) of directional lights, with shadows from one ray for each vertex and light."""
     of = transport.receivers
-    first, terms, factors = transport.ground_vertex, transport.factors.terms, transport.factors
+    first, terms, factors = transport.ground_vertex, transport.terms, transport.factors
     rows = np.zeros((transport.rows, 3))
     if transport.bounces is not None:
         rows += reflect_light(transport, _lobes(lights, transport.edge))
@@ -124,8 +130,9 @@ def lamp_tuples(transport: WaveletTransport, lights: DistantLights) -> NDArray[n
         lit = facing[~of.caster.occluded(of.origin[facing], towards)]
         incident = local[lit, 2:] * irradiance
         on_model = lit < first
-        chosen = lit[on_model]
-        for k in range(terms):
-            model[chosen, k] += factors.hemisphere_map.look_up(factors.second[k], local[chosen]) * incident[on_model]
+        for of_kind, some in of_each_kind(transport.kind, terms, lit[on_model]):
+            chosen, arriving = lit[on_model][some], incident[on_model][some]
+            for k, light_map in enumerate(factors.second[of_kind]):
+                model[chosen, k] += factors.hemisphere_map.look_up(light_map, local[chosen]) * arriving
         rows[first * terms + lit[~on_model] - first] += incident[~on_model]
     return rows

@@ -14,7 +14,7 @@ leaves, are clamped in the radiance only, and how much that was is reported.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -94,6 +94,8 @@ class WaveletTransport:
     vectors : K rows for each vertex of the model, vertex by vertex, then one for each of the ground.
     mixture : how the terms are mixed at the vertices of the model; None where they are of one BRDF.
     bounces : rows as `vectors`, of light that comes by way of other parts of the model; None where that is left out.
+    kind : (ground_vertex,) of which of the `kinds` BRDFs each vertex of the model is, with as many terms each, whose
+        factors stand one after the other; None where there is one.
     """
 
     mesh: Mesh
@@ -104,13 +106,19 @@ class WaveletTransport:
     vectors: Vectors16
     mixture: Mixture | None = None
     bounces: Vectors16 | None = None
+    kind: NDArray[np.int64] | None = None
+    kinds: int = 1
 
     def __post_init__(self) -> None:
-        check_factors(self.factors)
+        check_factors(self.factors, self.terms)
         check_edge(self.edge)
+        if self.factors.terms % self.kinds or (self.kind is None and self.kinds != 1):
+            raise ValueError(f"{self.factors.terms} terms are not those of {self.kinds} BRDFs")
+        if self.kind is not None and (self.kind.shape != (self.ground_vertex,) or self.kind.max() >= self.kinds):
+            raise ValueError("vertices name BRDFs that do not exist")
         if self.mixture is not None:
             check_mixture(self.mixture, self.factors, self.ground_vertex)
-        rows = self.ground_vertex * self.factors.terms + len(self.mesh.positions) - self.ground_vertex
+        rows = self.ground_vertex * self.terms + len(self.mesh.positions) - self.ground_vertex
         if not 0 <= self.ground_vertex <= len(self.mesh.positions) or len(self.vectors.words) != rows:
             raise ValueError(f"{len(self.vectors.words)} vectors do not belong to these vertices, which need {rows}")
         if self.bounces is not None and len(self.bounces.words) != rows:
@@ -119,6 +127,11 @@ class WaveletTransport:
     @property
     def rows(self) -> int:
         return len(self.vectors.words)
+
+    @property
+    def terms(self) -> int:
+        """Rows of a vertex of the model."""
+        return self.factors.terms // self.kinds
 
     @cached_property
     def frames(self) -> Vectors:
@@ -143,12 +156,12 @@ class WaveletTransport:
         return receivers(self.mesh)
 
 
-def check_factors(factors: SeparableFactors) -> None:
-    """UsageError for factors that cannot be baked."""
+def check_factors(factors: SeparableFactors, terms: int | None = None) -> None:
+    """UsageError for factors that cannot be baked; of several BRDFs each has so many `terms`."""
     if factors.parametrisation != "in-out":
         raise UsageError("wavelets need factors over light and viewer (in-out), not over half and difference vectors")
-    if factors.terms > MAX_TERMS:
-        raise UsageError(f"{factors.terms} terms are more than the {MAX_TERMS} that can be baked")
+    if (terms or factors.terms) > MAX_TERMS:
+        raise UsageError(f"{terms or factors.terms} terms are more than the {MAX_TERMS} that can be baked")
 
 
 def check_mixture(mixture: Mixture, factors: SeparableFactors, vertices: int) -> None:
@@ -310,18 +323,30 @@ def sum_signed_radiance(
     transport: WaveletTransport, rows: NDArray[np.float64], local: Vectors, vertices: NDArray[np.int64]
 ) -> NDArray[np.float64]:
     """The sums (n, 3; Wang2004 Eq. 4) before clamping, for directions `local` (n, 3) in frames of `vertices` (n,)."""
-    terms, first = transport.factors.terms, transport.ground_vertex
+    terms, first = transport.terms, transport.ground_vertex
     seen = local[:, 2] > 0.0
     value = np.zeros((len(vertices), 3))
-    model = np.flatnonzero(seen & (vertices < first))
-    if model.size:
-        hemisphere_map = transport.factors.hemisphere_map
-        tuples = rows[: first * terms].reshape(first, terms, 3)[vertices[model]]
-        for k in range(terms):
-            value[model] += hemisphere_map.look_up(transport.factors.first[k], local[model]) * tuples[:, k]
+    hemisphere_map, model = transport.factors.hemisphere_map, np.flatnonzero(seen & (vertices < first))
+    for factors, some in of_each_kind(transport.kind, terms, vertices[model]):
+        chosen = model[some]
+        tuples = rows[: first * terms].reshape(first, terms, 3)[vertices[chosen]]
+        for k, view_map in enumerate(transport.factors.first[factors]):
+            value[chosen] += hemisphere_map.look_up(view_map, local[chosen]) * tuples[:, k]
     ground = np.flatnonzero(seen & (vertices >= first))
     value[ground] = rows[first * terms + vertices[ground] - first] * (transport.ground_albedo / math.pi)
     return value
+
+
+def of_each_kind(
+    kind: NDArray[np.int64] | None, terms: int, vertices: NDArray[np.int64]
+) -> Iterator[tuple[slice, NDArray[np.int64]]]:
+    """The factors of each BRDF, `terms` of them, and which of `vertices` (n,) of the model have it, where any has."""
+    if kind is None:
+        if len(vertices):
+            yield slice(0, terms), np.arange(len(vertices))
+        return
+    for number in np.unique(kind[vertices]):
+        yield slice(number * terms, (number + 1) * terms), np.flatnonzero(kind[vertices] == number)
 
 
 def vectors_of(arrays: Mapping[str, NDArray[Any]]) -> Vectors16:

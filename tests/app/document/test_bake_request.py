@@ -12,6 +12,7 @@ import pytest
 import trimesh
 
 from app.document.bake_request import Estimate, Wanted, bake, choices_for, make_request
+from app.project.bakes import place_of
 from app.session import machine_profile
 from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import Step, Steps, drain
@@ -49,6 +50,20 @@ def test_only_the_bake_that_the_plan_chose_has_its_time() -> None:
     assert ask(order=4).predicted_s is None, "another setting"
     assert ask(plan=forced).predicted_s is None, "interreflection is part of the setting"
     assert ask(plan=None).predicted_s is None
+
+
+def test_a_bake_by_part_is_another_one_for_other_materials(tmp_path: Path) -> None:
+    whole, (red, grey) = ask().mesh, (brdf_from_text(f"lambert:albedo={text}") for text in ("0.8/0.1/0.1", "0.5"))
+    mesh = replace(whole, part=np.arange(len(whole.faces), dtype=np.int32) % 2, part_names=("a", "b"))
+    one, other, none = (
+        make_request(mesh, None, grey, choices_for("sh"), None, (), parts) for parts in ((red, grey), (grey, red), ())
+    )
+    assert len({place_of(each, tmp_path) for each in (one, other, none)}) == 3
+    assert one.reflects_as(replace(one, brdf=red))
+    assert not one.reflects_as(other)
+    assert not none.reflects_as(one)
+    assert one.subject.parts == (red, grey)
+    assert len(one.subject.mesh.positions) > len(mesh.positions)
 
 
 @pytest.mark.parametrize(("order", "resumed_chunks", "lessons"), [(3, 0, 1), (4, 0, 0), (3, 2, 0)])

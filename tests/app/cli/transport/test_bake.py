@@ -249,3 +249,31 @@ def test_a_bake_that_was_not_compared_says_so_when_it_is_drawn(lightarc: Command
         image = ("render", output, "--env", "sky", "-o", tmp_path / f"{name}.png", *SMALL)
         assert result(lightarc(*image))["skipped"] == ([f"{said}."] if options else [])
     assert f"\n{said}.\n" in lightarc(*image[:-1], "--overwrite").out
+
+
+def test_a_model_with_materials_is_baked_by_part(lightarc: Command, tmp_path: Path) -> None:
+    """Each part has its own colour, from the library of an OBJ model, and its maps where it is drawn with these."""
+    model, baked = tmp_path / "two.obj", tmp_path / "two.transport"
+    corners = "v -1 0 0\nv 0 0 0\nv 0 1 0\nv -1 1 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+    faces = "usemtl red\nf 1/1 2/2 3/3 4/4\nusemtl green\nf 2/1 5/2 6/3 3/4\n"
+    model.write_text(f"mtllib two.mtl\n{corners}{faces}")
+    (tmp_path / "two.mtl").write_text("newmtl red\nKd 0.8 0.1 0.1\nnewmtl green\nKd 1 1 1\nmap_Kd halves.png\n")
+    halves = np.zeros((4, 8, 3), np.uint8)
+    halves[:2, :, 1], halves[2:, :, 1] = 255, 60
+    cv2.imwrite(str(tmp_path / "halves.png"), halves)
+    made = lightarc("bake", model, "--mode", "sh", "--order", "3", "--cube", "8", "-o", baked, "--no-check", "--json")
+    found = result(made)
+    assert found["materials"] == ["red", "green"]
+    assert any("the maps of 'green' are baked at their mean" in text for text in found["warnings"])
+    drawn = []
+    for number, material in enumerate(((), ("--material", model))):
+        image = tmp_path / f"{number}.exr"
+        result(lightarc("render", baked, *material, "--env", "sky", "--camera", "eye=0,0.5,4", "-o", image, *SMALL))
+        drawn.append(read_image(image).pixels[:, :, :3])
+    left, right = ([each[:, some].mean(axis=(0, 1)) for each in drawn] for some in (slice(0, 24), slice(24, None)))
+    for each in left:
+        assert each[0] > 3.0 * each[1]
+    for each in right:
+        assert each[1] > 3.0 * each[0]
+    upper, lower = (drawn[1][some, 24:].sum(axis=(0, 1))[1] for some in (slice(0, 18), slice(18, None)))
+    assert upper > 3.0 * lower
