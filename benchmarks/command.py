@@ -152,6 +152,7 @@ LARGE = (
     "project",
     "large-memory",
     "large-models",
+    "busy-models",
 )
 
 #: Name of a group of errors and the function that finds them in a working folder.
@@ -189,6 +190,7 @@ ACCURACIES = {
     "project-size": "benchmarks.app.project_size:project_size",
     "large-memory": "benchmarks.app.large_memory:large_memory",
     "large-models": "benchmarks.app.large_models:large_models",
+    "busy-models": "benchmarks.app.large_models:busy_models",
 }
 
 #: Options of the command line that a group of errors takes.

@@ -13,6 +13,7 @@ import resource
 import subprocess
 import sys
 import time
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -32,6 +33,9 @@ ROWS = 1000
 LIMIT_S, LIMIT_BYTES = 25.0, 2 * 2**30
 
 KINDS = ("ply", "glb", "obj", "stl")
+
+#: Processes that compute beside a run, runs beside them, and seconds by the clock after which one counts as endless.
+BUSY, RUNS, END_S = 4, 20, 600.0
 
 _READ = "import sys; from engine.geometry.mesh import read_mesh; print(len(read_mesh(sys.argv[1]).faces))"
 
@@ -66,6 +70,30 @@ def large_models(folder: Path, rows: int = ROWS) -> Steps[list[Accuracy]]:
         found.append(Accuracy(f"read-{kind}-cpu", cost.cpu_s, what, bounds[0], more))
         found.append(Accuracy(f"read-{kind}-memory", cost.peak_bytes / 2**30, "GiB at most", bounds[1], more))
     return found
+
+
+def busy_models(folder: Path, rows: int = ROWS, runs: int = RUNS) -> Steps[list[Accuracy]]:
+    """Runs that end of `runs` images of a binary PLY, in processes of their own, beside `BUSY` processes that compute.
+
+    A run that has not ended after `END_S` by the clock, or ends with an error, counts as one that does not.
+    """
+    path = folder / "ball.ply"
+    write_bytes(path, write_model("ply", *make_ball(rows)))
+    words = ("render", str(path), "--brdf", "lambert:albedo=0.8", "--renderer", "cpu", "--width", "128")
+    command = [sys.executable, "-m", "app", *words, "--height", "128", "-o", str(folder / "ball.png"), "--overwrite"]
+    ended, longest_s = 0, 0.0
+    with ExitStack() as stack:
+        for _ in range(BUSY):
+            busy = stack.enter_context(subprocess.Popen([sys.executable, "-c", "while True: pass"]))
+            stack.callback(busy.kill)
+        for number in range(runs):
+            yield Step(number / runs, f"run {number + 1} of {runs} beside {BUSY} busy processes")
+            start = time.monotonic()
+            with suppress(subprocess.TimeoutExpired):
+                ended += subprocess.run(command, capture_output=True, timeout=END_S, check=False).returncode == 0
+            longest_s = max(longest_s, time.monotonic() - start)
+    what = f"share of {runs} runs beside {BUSY} busy processes that does not end; the longest took {longest_s:.0f} s"
+    return [Accuracy("busy-models", 1.0 - ended / runs, what, 0.0, {"runs": runs, "longest_s": longest_s})]
 
 
 def _read(path: Path, done: float) -> Steps[Cost]:
