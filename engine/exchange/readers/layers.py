@@ -112,7 +112,9 @@ def gltf_values(given: dict[str, Any], roughness: float) -> tuple[dict[str, Any]
         values["specular_roughness_anisotropy"] = 1.0 - across
         values["rotation_deg"] = math.degrees(given.get("anisotropy_rotation", 0.0))
         factor = (along / alpha * math.sqrt((1.0 + across * across) / 2.0)) ** 0.5
-    return values, factor, ["sheen is drawn as OpenPBR's fuzz"] if weight else []
+    notes = ["clear coat is drawn as OpenPBR's coat"]
+    notes = notes if values["coat_weight"] else []
+    return values, factor, [*notes, *(["sheen is drawn as OpenPBR's fuzz"] if weight else [])]
 
 
 def _inside(of: Parameter, value: Any) -> Any:
