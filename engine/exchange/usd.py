@@ -26,6 +26,7 @@ from engine.exchange.layers import name_layers, openpbr_inputs
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, pack
 from engine.geometry.shapes import shape
+from engine.scene.credits import Credits
 
 #: Multiple of bytes at which members of a usdz begin.
 ALIGNMENT = 64
@@ -63,8 +64,9 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     if others:
         warnings = (*warnings, f"UsdPreviewSurface has no {', '.join(others)}; the layer of MaterialX has")
     yield Step(0.9, "writing the preview sphere")
-    layer = "\n".join([*_layer(subject, [entry[1:] for entry in known], ior_of(mean), loss, settings.width_mm), ""])
-    over = "\n".join([*_materialx_layer(subject, [entry[1] for entry in known], ior_of(mean)), ""])
+    maps, stated = [entry[1:] for entry in known], [*_credit_lines(settings.credits)]
+    layer = "\n".join([*_layer(subject, maps, ior_of(mean), loss, settings.width_mm, stated), ""])
+    over = "\n".join([*_materialx_layer(subject, [entry[1] for entry in known], ior_of(mean), stated), ""])
     files = {
         f"{subject.name}.usdz": usdz({f"{subject.name}.usda": layer.encode(), **images}),
         f"{subject.name}_materialx.usda": over.encode(),
@@ -91,7 +93,12 @@ def _padding(start: int) -> bytes:
 
 
 def _layer(
-    subject: Subject, maps: list[tuple[str, str, str, str]], ior: float, loss: str, width_mm: float | None
+    subject: Subject,
+    maps: list[tuple[str, str, str, str]],
+    ior: float,
+    loss: str,
+    width_mm: float | None,
+    stated: list[str],
 ) -> Iterator[str]:
     root = subject.name.replace("-", "_")
     yield from (
@@ -101,7 +108,7 @@ def _layer(
             f'    defaultPrim = "{root}"',
             f"    doc = {_quote(f'Made by Lightarc {engine.__version__}. {loss}')}",
         ),
-        *("    metersPerUnit = 1", '    upAxis = "Y"', ")", ""),
+        *(*stated, "    metersPerUnit = 1", '    upAxis = "Y"', ")", ""),
         *(f'def Xform "{root}" (', '    kind = "component"', ")", "{"),
     )
     if width_mm is not None:  # the sample has its true size on the ball
@@ -164,12 +171,20 @@ def _preview(material: str, maps: list[tuple[str, str, str, str]], ior: float, l
         yield from _shader(name, lines)
 
 
-def _materialx_layer(subject: Subject, maps: list[str], ior: float) -> Iterator[str]:
+def _credit_lines(credits: Credits) -> Iterator[str]:
+    """Title, author, licence and source as data of the layer."""
+    if credits:
+        yield "    customLayerData = {"
+        yield from (f"        string {name} = {_quote(text)}" for name, text in credits.entries.items())
+        yield "    }"
+
+
+def _materialx_layer(subject: Subject, maps: list[str], ior: float, stated: list[str]) -> Iterator[str]:
     """Opinions over the package: an OpenPBR surface of MaterialX, with an image for each of its inputs."""
     root = subject.name.replace("-", "_")
     material, package = f"/{root}/material", f"{subject.name}.usdz"
     # metadata of a layer does not come through those below it
-    yield from ("#usda 1.0", "(", f'    defaultPrim = "{root}"', "    metersPerUnit = 1", '    upAxis = "Y"')
+    yield from ("#usda 1.0", "(", *stated, f'    defaultPrim = "{root}"', "    metersPerUnit = 1", '    upAxis = "Y"')
     yield from ("    subLayers = [", f"        @./{package}@", "    ]")
     yield from (")", "", f'over "{root}"', "{", '    over "material"', "    {")
     yield f"        token outputs:mtlx:surface.connect = <{material}/open_pbr.outputs:out>"

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -78,15 +79,25 @@ def list_missing(folder: str, file: str, name: str) -> list[str]:
     return sorted(set(missing))
 
 
+@contextmanager
+def refuse_damaged(name: str, folder: str) -> Iterator[None]:
+    """InputError in the place of what the library finds wrong with a file or with values in it, with its words."""
+    try:
+        yield
+    except (Tf.ErrorException, UnicodeDecodeError) as error:
+        try:
+            said = str(error).rpartition(" : ")[2].rpartition(f"{folder}/")[2]
+        except UnicodeDecodeError:  # the library quotes bytes of the file
+            said = "its text is not UTF-8"
+        words = " ".join(said.split())[:120]
+        raise InputError(name, f"is damaged: the library of USD does not read it ({words})", AGAIN) from None
+
+
 def _open_layer(folder: str, file: str, name: str) -> Any:
     """A layer among the copies; InputError where it is damaged, with the words of the library."""
-    try:
-        layer, said = Sdf.Layer.FindOrOpen(f"{folder}/{file}"), ""
-    except Tf.ErrorException as error:
-        layer, said = None, str(error)
+    layer = Sdf.Layer.FindOrOpen(f"{folder}/{file}")
     if layer is None:
-        words = " ".join(said.rpartition(f"{folder}/")[2].split())[:120]
-        raise InputError(name, f"is damaged: the library of USD does not read it{words and f' ({words})'}", AGAIN)
+        raise InputError(name, "is damaged: the library of USD does not read it", AGAIN)
     return layer
 
 
@@ -104,20 +115,17 @@ def place_of(layer: Any, asset: str) -> str:
 
 def open_stage(folder: str, file: str, name: str) -> Any:
     """The stage of a file; InputError where it cannot be composed."""
-    try:
+    with refuse_damaged(name, folder):
         return Usd.Stage.Open(f"{folder}/{file}", Usd.Stage.LoadAll)
-    except Tf.ErrorException as error:
-        words = " ".join(str(error).replace(f"{folder}/", "").rpartition(" : ")[2].split())[:120]
-        raise InputError(name, f"is damaged: the library of USD does not compose it ({words})", AGAIN) from None
 
 
 def read_stage(folder: str, name: str, file: str) -> Any:
     """See `engine.geometry.usd.read_usd`."""
-    if missing := list_missing(folder, file, name):
-        return {"missing": missing}
-    stage = open_stage(folder, file, name)
-    bound = name_materials(stage, name)
-    return _Reader(stage, name, bound).parts()
+    with refuse_damaged(name, folder):
+        if missing := list_missing(folder, file, name):
+            return {"missing": missing}
+        stage = open_stage(folder, file, name)
+        return _Reader(stage, name, name_materials(stage, name)).parts()
 
 
 def list_materials(stage: Any, name: str) -> dict[str, Any]:

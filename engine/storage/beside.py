@@ -17,7 +17,11 @@ def file_beside(path: Path, named: str, remedy: str, search: Path | None = None)
 
     A user allows further files by a folder to `search`: those in it or below, where `path` calls them so, or where they
     would lie if the name began there, without the steps out of a folder at its beginning.
+    A set of UDIM tiles is refused.
     """
+    if "<UDIM>" in named.upper():
+        problem = f"names a set of UDIM tiles ({PurePosixPath(named).name[:40]!r}), of which one is read at a time"
+        raise InputError(path, problem, "Put the number of a tile, 1001 say, in the place of <UDIM>")
     folder = path.absolute().parent
     places = [(folder / named, folder)]
     if search is not None:

@@ -180,6 +180,13 @@ NODES = (
 )
 _IMAGES = ("image", "tiledimage", "gltf_image", "gltf_colorimage", "UsdUVTexture", "hextiledimage", "hextilednormalmap")
 _THROUGH = ("normalmap", "gltf_normalmap", "convert", "dot", "output")
+
+#: Inputs that move texture coordinates, of images and of place2d, with the value at which they do not.
+_MOVES = {"uvtiling": 1.0, "uvoffset": 0.0, "scale": 1.0, "rotate": 0.0, "offset": 0.0}
+
+#: Nodes whose output is the texture coordinates of the model.
+_COORDINATES = ("texcoord", "geompropvalue")
+
 #: An element that stands for another document.
 _INCLUDE = "{http://www.w3.org/2001/XInclude}include"
 
@@ -469,14 +476,12 @@ class _Document:
         file = _child(node, "file")
         if file is None or not file.get("value"):
             return None
-        tiling = _child(node, "uvtiling")
-        if tiling is not None and any(abs(each - 1.0) > 1e-6 for each in self._numbers(tiling.get("value", "1"))):
-            self.notes.append("the repeats of textures are passed over")
+        if moved := self._find_moved(node):
+            moved = list(dict.fromkeys(moved))
+            said = f"{', '.join(moved)} of texture coordinates {'are' if len(moved) > 1 else 'is'} passed over"
+            self.notes += [] if said in self.notes else [said]
         named = "".join(each.get("fileprefix", "") for each in self._around(file)) + file.get("value", "")
         named = named.replace("\\", "/")
-        if "<UDIM>" in named:
-            problem = f"names a set of UDIM tiles ({PurePosixPath(named).name[:40]!r}), of which one is read at a time"
-            raise InputError(self.path, problem, "Put the number of a tile, 1001 say, in the place of <UDIM>")
         space = self._space(file) if colour else ""
         transfer: TransferChoice = "auto" if space == AUTO else "linear"
         if colour and not space:
@@ -489,6 +494,28 @@ class _Document:
         shown = PurePosixPath(named).name
         chosen: Channel = "alpha" if asked == "a" else None if channel is None else (0, 1, 2)[channel]
         return Input(image=Image(Path(named), shown, transfer, chosen, space=space.removeprefix(AUTO)))
+
+    def _find_moved(self, node: Element, depth: int = 0) -> list[str]:
+        """What moves the texture coordinates of an image, by the names of inputs and nodes: those of the model hold."""
+        moves = {} if node.tag == "UsdUVTexture" else {"tiling": 1.0} if node.tag.startswith("hextiled") else _MOVES
+        moved = [name for name, usual in moves.items() if self._is_moved(_child(node, name), usual)]
+        moved += ["hexagonal tiling"] if node.tag.startswith("hextiled") else []
+        given = _child(node, "texcoord")
+        source = self._source(given) if given is not None else None
+        while source is not None and source.tag in ("input", "output", "nodegraph") and depth < _DEEPEST:
+            outputs = [each for each in source if each.tag == "output"] if source.tag == "nodegraph" else []
+            source, depth = self._source(outputs[0] if outputs else source), depth + 1
+        if source is None or source.tag in _COORDINATES:
+            return moved
+        if source.tag == "place2d" and depth < _DEEPEST:
+            return [*moved, *self._find_moved(source, depth + 1)]
+        return [*moved, f"the node {source.tag[:40]}"]
+
+    def _is_moved(self, given: Element | None, usual: float) -> bool:
+        if given is None:
+            return False
+        found = self._has_followed(given, False, 0)
+        return found is None or found.image is not None or any(abs(each - usual) > 1e-6 for each in found.factor)
 
     def _space(self, element: Element) -> str:
         """The name of the colour space of an element, in lower case; '' where nothing states one."""

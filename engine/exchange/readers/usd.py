@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import os
 import zipfile
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -33,8 +34,10 @@ from engine.geometry.usd_stage import (
     name_materials,
     open_stage,
     place_of,
+    refuse_damaged,
     value_of,
 )
+from engine.scene.credits import Credits, credits_of
 from engine.storage.untrusted import AGAIN
 
 #: Types of MaterialX by those of USD.
@@ -63,6 +66,11 @@ _WHITE = Described(NO_MATERIAL, Input((1.0, 1.0, 1.0)))
 def decode_materials(_content: Any, name: str, copies: str, file: str) -> dict[str, Any]:
     """The decoder: `materials` as `engine.exchange.readers.documents_child` sends them, and `parts`, the names of those
     that faces have, or layers that are `missing`."""
+    with refuse_damaged(name, copies):
+        return _decode_materials(name, copies, file)
+
+
+def _decode_materials(name: str, copies: str, file: str) -> dict[str, Any]:
     if missing := list_missing(copies, file, name):
         return {"missing": missing}
     stage = open_stage(copies, file, name)
@@ -74,8 +82,15 @@ def decode_materials(_content: Any, name: str, copies: str, file: str) -> dict[s
     parts = list_used(stage, name, names)
     if NO_MATERIAL in parts:
         described.append(_WHITE)
+    credits = _read_credits(stage.GetRootLayer().customLayerData)
+    described = [replace(each, credits=credits) for each in described]
     members: dict[str, dict[str, tuple[int, int]]] = {}
     return {"materials": [describe_to_send(_find_members(each, copies, members)) for each in described], "parts": parts}
+
+
+def _read_credits(data: Mapping[str, Any]) -> Credits:
+    """Title, author, licence, copyright and source as a layer states them, as our own exports do."""
+    return credits_of({"licence": data.get("license"), **data})
 
 
 class _Network:
@@ -168,11 +183,7 @@ class _Network:
 
     def _scale(self, given: Element, texture: Any, output: str) -> None:
         """Put scale and bias of a texture between it and the input that reads it."""
-        stated = [value_of(texture, name) for name in ("scale", "bias")]
-        scale, bias = (
-            [float(each) for each in (usual if value is None else value)]
-            for value, usual in zip(stated, ((1,) * 4, (0,) * 4), strict=True)
-        )
+        scale, bias = (_four_of(value_of(texture, name), usual) for name, usual in (("scale", 1.0), ("bias", 0.0)))
         if "ormal" in given.get("name", "") or given.get("type") == "vector3":
             if scale[1] < 0.0 < scale[0]:
                 self.upwards = "directx"
@@ -232,6 +243,15 @@ def _is_word(text: str) -> bool:
     return text.isascii() and text.isidentifier()
 
 
+def _four_of(value: Any, usual: float) -> list[float]:
+    """Four numbers; the `usual` one for each where a value is none or of another type."""
+    try:
+        found = [float(each) for each in value]
+    except (TypeError, ValueError):
+        found = []
+    return found if len(found) == 4 else [usual] * 4
+
+
 def _text(value: Any) -> str | None:
     """A value as MaterialX writes it; None for none."""
     if value is None:
@@ -265,11 +285,14 @@ def _find_members(described: Described, folder: str, members: dict[str, dict[str
 def _list_members(package: Path) -> dict[str, tuple[int, int]]:
     """The first byte and the length of each stored member of a package."""
     found = {}
-    with zipfile.ZipFile(package) as archive, package.open("rb") as file:
-        for entry in archive.infolist():
-            file.seek(entry.header_offset)
-            header = file.read(30)
-            if entry.compress_type == zipfile.ZIP_STORED and len(header) == 30:
-                start = entry.header_offset + 30 + int.from_bytes(header[26:28], "little")
-                found[entry.filename] = start + int.from_bytes(header[28:30], "little"), entry.file_size
+    try:
+        with zipfile.ZipFile(package) as archive, package.open("rb") as file:
+            for entry in archive.infolist():
+                file.seek(entry.header_offset)
+                header = file.read(30)
+                if entry.compress_type == zipfile.ZIP_STORED and len(header) == 30:
+                    start = entry.header_offset + 30 + int.from_bytes(header[26:28], "little")
+                    found[entry.filename] = start + int.from_bytes(header[28:30], "little"), entry.file_size
+    except (zipfile.BadZipFile, NotImplementedError, OSError, ValueError):
+        raise InputError(package, "is a damaged package", AGAIN) from None
     return found

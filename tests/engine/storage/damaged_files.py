@@ -32,7 +32,7 @@ import warnings
 import zipfile
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -41,6 +41,7 @@ import numpy as np
 
 from engine.core.errors import InputError, LightarcError
 from engine.core.steps import drain
+from engine.geometry.usd import has_library
 from engine.images.encode import encode_png
 from engine.simulate.camera import Levels, dng_bytes
 from engine.storage import decoder_child, untrusted
@@ -48,6 +49,7 @@ from engine.storage.records import seal
 from tests.engine.brdf.readers.tensor_files import fields_of, tensor_bytes
 from tests.engine.brdf.readers.test_damaged_samples import FILES as SAMPLES
 from tests.engine.damage import MEMORY_LIMIT_BYTES, TIME_LIMIT_S, _damage
+from tests.engine.storage import damaged_usd
 from tests.engine.storage.test_damage import IMAGES, MESHES, NOISE, tiff
 
 Random = random.Random
@@ -208,7 +210,8 @@ class Format(NamedTuple):
     """A format: its good files, the spans of their elements, and what reads them.
 
     `decoder` and `options` are those of `decode_content`; `read` reads a path in this process instead. `mended` makes
-    checksums right; `extra` is a further damage that knows the format.
+    checksums right; `extra` is a further damage that knows the format. Of `as_files` the decoder gets a folder, for a
+    library that opens files by their paths.
     """
 
     name: str
@@ -219,6 +222,7 @@ class Format(NamedTuple):
     read: Callable[[Path], Any] | None = None
     mended: Callable[[bytes], bytes] = _whole
     extra: Callable[[bytes, Random], bytes] | None = None
+    as_files: bool = False
 
 
 def find_damaged(one: Format, good: bytes, number: int) -> bytes:
@@ -591,6 +595,11 @@ def _records() -> Iterator[Format]:
     yield Format("a.mtlx", _mtlx, _lines, read=_open_material, extra=_number)
     yield Format("a.gltf", _gltf_material, _lines, read=_open_material, extra=_json)
     yield Format("a.zip", _zip_of_textures, _zip, read=_open_material)
+    if has_library():
+        decoder = f"{damaged_usd.__name__}:decode_batch"
+        yield Format("a.usda", damaged_usd.layer, _lines, decoder, as_files=True, extra=_number)
+        yield Format("a.usdc", damaged_usd.crate, _blocks, decoder, as_files=True)
+        yield Format("a.usdz", damaged_usd.package, _zip, decoder, as_files=True)
     yield Format("a.zip", _zip_of_photographs, _zip, read=_unpack)
     for suffix, mode in ((".tar", "w"), (".tar.gz", "w:gz"), (".tar.bz2", "w:bz2"), (".tar.xz", "w:xz")):
         yield Format(f"a{suffix}", partial(_tar, mode), read=_unpack)
@@ -605,7 +614,7 @@ FORMATS: tuple[Format, ...] = (*_images(), *_meshes(), *_lists(), *_records())
 def prepare() -> None:
     """Make the good files and load the decoders, before the child is confined."""
     for one in FORMATS:
-        if one.decoder:
+        if one.decoder and not one.as_files:
             find_damaged(one, _good(FORMATS.index(one)), 0)
             _decode(one, _good(FORMATS.index(one)))
 
@@ -724,6 +733,37 @@ def _batched(tally: Tally, index: int, first: int, last: int) -> None:
         tally.took(number, float(seconds))
 
 
+def _batched_files(tally: Tally, index: int, numbers: Sequence[int], folder: Path) -> None:
+    """The files of a format in a folder that a child reads; where that ends, in halves.
+
+    A file that ends the child is refused by the product, in words.
+    """
+    one, copies = FORMATS[index], folder / "copies"
+    copies.mkdir()
+    names = [f"{number}{Path(one.name).suffix}" for number in numbers]
+    for number, name in zip(numbers, names, strict=True):
+        (copies / name).write_bytes(find_damaged(one, _good(index), number))
+    options: dict[str, Any] = {"copies": str(copies), "files": names, "timeout_s": HANG_S * math.sqrt(len(numbers))}
+    try:
+        reply = untrusted.decode_in_child(one.decoder, copies / names[0], as_file=True, **options)
+    except InputError as error:
+        shutil.rmtree(copies)
+        if len(numbers) > 1:
+            half = len(numbers) // 2
+            _batched_files(tally, index, numbers[:half], folder)
+            _batched_files(tally, index, numbers[half:], folder)
+        else:
+            tally.outcomes["refused" if "crashed" in error.problem else "FAULT"] += 1
+            tally.took(numbers[0], 0.0)
+        return
+    shutil.rmtree(copies)
+    for number, text, seconds in zip(numbers, reply["outcomes"], reply["times"], strict=True):
+        if text not in ("read", "refused"):
+            tally.fault(number, text)
+        tally.outcomes[text if text in ("read", "refused") else "FAULT"] += 1
+        tally.took(number, float(seconds))
+
+
 def _read(tally: Tally, index: int, number: int, folder: Path) -> None:
     """A file of a format that is read in this process."""
     one = FORMATS[index]
@@ -758,10 +798,13 @@ def run(seed: int, count: int, report_every: int = sys.maxsize, *, in_child: boo
         for first in range(seed, seed + count, BATCH * len(FORMATS)):
             last = min(seed + count, first + BATCH * len(FORMATS))
             for index, one in enumerate(FORMATS):
-                if one.decoder and in_child:
+                numbers = _numbers(index, first, last)
+                if one.as_files and in_child and numbers:
+                    _batched_files(tally, index, numbers, folder)
+                elif one.decoder and not one.as_files and in_child:
                     _batched(tally, index, first, last)
                 elif not one.decoder:
-                    for number in _numbers(index, first, last):
+                    for number in numbers:
                         _read(tally, index, number, folder)
             if tally.count >= due:
                 tally.report()

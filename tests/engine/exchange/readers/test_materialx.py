@@ -341,3 +341,28 @@ def test_examples_of_materialx_open_where_their_images_are_there(shared_data: Ca
     assert refused.pop("simple_hair_default") == "has no surface that is read"
     assert all("beside it, which does not exist" in problem for problem in refused.values())
     assert len(refused) == 4
+
+
+@pytest.mark.parametrize(
+    ("coordinates", "words"),
+    [
+        ('<place2d name="uv" type="vector2"><input name="scale" type="vector2" value="2, 1"/></place2d>', "scale of"),
+        ('<place2d name="uv" type="vector2"><input name="rotate" type="float" value="30"/></place2d>', "rotate of"),
+        ('<place2d name="uv" type="vector2"><input name="scale" type="vector2" value="1, 1"/></place2d>', ""),
+        (
+            '<rotate2d name="uv" type="vector2"><input name="amount" type="float" value="30"/></rotate2d>',
+            "node rotate2d",
+        ),
+        ('<texcoord name="uv" type="vector2"/>', ""),
+    ],
+)
+def test_moved_texture_coordinates_are_named(coordinates: str, words: str, tmp_path: Path) -> None:
+    """A document has no model whose texture coordinates could be moved."""
+    image = (
+        '<image name="i" type="color3"><input name="file" type="filename" value="a.png" colorspace="lin_rec709"/>'
+        '<input name="texcoord" type="vector2" nodename="uv"/></image>'
+    )
+    surface = '<gltf_pbr name="s" type="surfaceshader"><input name="base_color" type="color3" nodename="i"/></gltf_pbr>'
+    content = f'<materialx version="1.39">{coordinates}{image}{surface}</materialx>'
+    notes = materialx_of(content.encode(), tmp_path / "m.mtlx").notes
+    assert [bool(words) and words in each for each in notes] == [True] * bool(words)

@@ -18,6 +18,7 @@ from engine.exchange.readers.read import open_material
 from engine.exchange.subject import Settings, Subject
 from engine.exchange.usd import contents, usdz
 from engine.geometry.mesh import decode_mesh, read_mesh
+from engine.scene.credits import Credits
 from engine.scene.material import material_of_maps
 from tests.engine.gltf_models import Model
 
@@ -177,11 +178,13 @@ def test_our_own_exports_come_back(tmp_path: Path) -> None:
     """The package, and the layer of MaterialX over it, which is read with the package below it."""
     maps = find_known()
     subject = Subject(material_of_maps(maps, "rock"), maps, 1.0 / np.pi)
-    for name, content in drain(contents(subject, Settings(), "")).files.items():
+    credits = Credits('The "rock"', "Änne \\ Ö.", "CC-BY-4.0", "© 2026", "https://example.com/rock")
+    for name, content in drain(contents(subject, Settings(credits=credits), "")).files.items():
         (tmp_path / name).write_bytes(content)
     for name in ("rock.usdz", "rock_materialx.usda"):
         found = open_material(tmp_path / name)
         assert not found.health.warnings
+        assert found.credits == credits
         assert found.pbr is not None
         step = 0.5 / 255 * 1.01
         assert np.abs(found.pbr.base_colour - maps.base_colour).max() <= step * 2.4 / 1.055 + 1e-6
