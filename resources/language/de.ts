@@ -3474,6 +3474,10 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
    <translation>Die Vorberechnung gehört zu einem anderen Boden.</translation>
   </message>
   <message>
+   <source>The bake is of other materials of the parts.</source>
+   <translation>Die Vorberechnung gehört zu anderen Materialien der Teile.</translation>
+  </message>
+  <message>
    <source>Baking %1</source>
    <translation>Vorberechnung: %1</translation>
   </message>

@@ -66,7 +66,7 @@ class Kinds:
         """The same of some vertices alone."""
         return replace(self, part=self.part[vertices])
 
-    def stated(self) -> dict[str, Any]:
+    def settings(self) -> dict[str, Any]:
         """Settings of a transport file."""
         return {
             "part_names": [name[:MAX_NAME] for name in self.names],

@@ -411,7 +411,7 @@ def _settings(work: Work) -> dict[str, Any]:
         "variations": [text[:1000] for text in work.variations],
         "grazing": work.model.material.diffuse.grazing,
         "taken": list(work.weights),
-        **({} if work.model.kinds is None else work.model.kinds.stated()),
+        **({} if work.model.kinds is None else work.model.kinds.settings()),
     }
 
 

@@ -268,7 +268,7 @@ def lay_out(
     name = text_of_bake(brdf, kinds)
     table, stated, arrays = _store(table, all(map(is_diffuse, (brdf,) if kinds is None else kinds.brdfs)))
     if kinds is not None:
-        stated, arrays = {**stated, **kinds.stated()}, {**arrays, **kinds.arrays()}
+        stated, arrays = {**stated, **kinds.settings()}, {**arrays, **kinds.arrays()}
     empty = Work(surface, first, table, albedo, settings, _caster(surface, settings), None)  # type: ignore[arg-type]
     plan = plan_transport(
         KIND,

@@ -242,21 +242,21 @@ def tabulate_kinds(brdfs: Sequence[Brdf], kind: NDArray[np.int64], order: int) -
     if len(tables) == 1:
         return tables[0]
     nodes = np.linspace(0.0, 1.0, len(tables))
-    return VariedTable(tuple(_of_one_shape(tables)), (nodes,), nodes[kind][:, None])
+    return VariedTable(tuple(_unify_shapes(tables)), (nodes,), nodes[kind][:, None])
 
 
-def _of_one_shape(tables: Sequence[BrdfTable]) -> list[BrdfTable]:
+def _unify_shapes(tables: Sequence[BrdfTable]) -> list[BrdfTable]:
     """The same tables with values of one shape, and diffuse only where all are."""
     diffuse = all(table.diffuse for table in tables)
     if all(table.isotropic for table in tables):
         rows = max(len(table.values) for table in tables)
         values = [table.at(isotropic_views(rows)) if len(table.values) < rows else table.values for table in tables]
     else:
-        values = [_map_of(table) if table.isotropic else table.values for table in tables]
+        values = [_make_map(table) if table.isotropic else table.values for table in tables]
     return [replace(table, values=value, diffuse=diffuse) for table, value in zip(tables, values, strict=True)]
 
 
-def _map_of(table: BrdfTable) -> Floats:
+def _make_map(table: BrdfTable) -> Floats:
     """The values of an isotropic table as the map of a brushed one."""
     hemisphere_map = HemisphereMap("parabolic", MAP_SIZE)
     values = np.zeros((*hemisphere_map.shape, table.order**2, 3))

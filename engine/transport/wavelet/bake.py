@@ -58,7 +58,7 @@ from engine.transport.wavelet.transfer import (
     check_mixture,
     cube_texels,
     light_maps,
-    of_each_kind,
+    split_by_kind,
     transport_vectors,
     vectors_of,
     vertex_frames,
@@ -294,7 +294,7 @@ def lay_out(
             "reciprocal": factors.reciprocal,
             "step": STEP,
             **({} if mixture is None else {"bases": list(mixture.terms)}),
-            **({} if kinds is None else kinds.stated()),
+            **({} if kinds is None else kinds.settings()),
         },
         {
             "view_maps": factors.first,
@@ -447,7 +447,7 @@ class Baker:
             return self._vectors(vertices, counts, DIFFUSE, ground)
         kind, light_maps, found = recipe.get("kind"), recipe["light_maps"], dict[str, NDArray[Any]]()
         terms = len(light_maps) // recipe["kinds"]
-        for factors, some in of_each_kind(kind, terms, vertices):
+        for factors, some in split_by_kind(kind, terms, vertices):
             own = self._vectors(vertices[some], counts[some], self._hemisphere_map, light_maps[factors])
             rows = (some[:, None] * terms + np.arange(terms)).reshape(-1)
             for name, array in own.items():

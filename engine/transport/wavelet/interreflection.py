@@ -36,7 +36,7 @@ from engine.transport.sh.interreflection import make_pattern
 from engine.transport.wavelet.haar import FACES, candidates, select
 from engine.transport.wavelet.kernel import store_vector
 from engine.transport.wavelet.quantise import STEP
-from engine.transport.wavelet.transfer import of_each_kind
+from engine.transport.wavelet.transfer import split_by_kind
 
 #: Edge of the faces up to whose details bounces are kept, and the share of a vector's coefficients that they keep. On a
 #: torus knot over a bright floor all of them lower the error by 1.5 % of it, a fourth raises it by 3 %, and details of
@@ -164,7 +164,7 @@ def _view_weights(around: Surroundings, vertices: NDArray[np.int64], towards: Ve
     weights = np.zeros((len(vertices), around.terms, 3), np.float32)
     front = local[:, 2] > 0.0
     model, ground = np.flatnonzero(front & (vertices < around.first)), front & (vertices >= around.first)
-    for factors, some in of_each_kind(around.kind, around.terms, vertices[model]):
+    for factors, some in split_by_kind(around.kind, around.terms, vertices[model]):
         weights[model[some]] = _look_up(around.factors, around.factors.first[factors], local[model[some]])
     weights[ground, 0] = around.ground_albedo / np.pi
     return weights
@@ -177,7 +177,7 @@ def _light_weights(around: Surroundings, vertices: NDArray[np.int64], direction:
     local = np.einsum("nij,ni->nj", around.frames[vertices], direction)
     local[:, 2] = np.maximum(local[:, 2], 0.0)
     weights = np.empty((len(vertices), around.terms, 3), np.float32)
-    for factors, some in of_each_kind(around.kind, around.terms, vertices):
+    for factors, some in split_by_kind(around.kind, around.terms, vertices):
         weights[some] = _look_up(around.factors, around.factors.second[factors], local[some])
     return weights
 

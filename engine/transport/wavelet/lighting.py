@@ -26,9 +26,9 @@ from engine.transport.wavelet.quantise import THRESHOLD, WaveletLight, encode_li
 from engine.transport.wavelet.transfer import (
     WaveletTransport,
     cube_texels,
-    of_each_kind,
     reflect_light,
     relight_transport,
+    split_by_kind,
 )
 
 #: Standard deviation in rad of the lobes that lamps are for interreflection, some texels of its vectors.
@@ -130,7 +130,7 @@ def lamp_tuples(transport: WaveletTransport, lights: DistantLights) -> NDArray[n
         lit = facing[~of.caster.occluded(of.origin[facing], towards)]
         incident = local[lit, 2:] * irradiance
         on_model = lit < first
-        for of_kind, some in of_each_kind(transport.kind, terms, lit[on_model]):
+        for of_kind, some in split_by_kind(transport.kind, terms, lit[on_model]):
             chosen, arriving = lit[on_model][some], incident[on_model][some]
             for k, light_map in enumerate(factors.second[of_kind]):
                 model[chosen, k] += factors.hemisphere_map.look_up(light_map, local[chosen]) * arriving

@@ -327,7 +327,7 @@ def sum_signed_radiance(
     seen = local[:, 2] > 0.0
     value = np.zeros((len(vertices), 3))
     hemisphere_map, model = transport.factors.hemisphere_map, np.flatnonzero(seen & (vertices < first))
-    for factors, some in of_each_kind(transport.kind, terms, vertices[model]):
+    for factors, some in split_by_kind(transport.kind, terms, vertices[model]):
         chosen = model[some]
         tuples = rows[: first * terms].reshape(first, terms, 3)[vertices[chosen]]
         for k, view_map in enumerate(transport.factors.first[factors]):
@@ -337,7 +337,7 @@ def sum_signed_radiance(
     return value
 
 
-def of_each_kind(
+def split_by_kind(
     kind: NDArray[np.int64] | None, terms: int, vertices: NDArray[np.int64]
 ) -> Iterator[tuple[slice, NDArray[np.int64]]]:
     """The factors of each BRDF, `terms` of them, and which of `vertices` (n,) of the model have it, where any has."""
