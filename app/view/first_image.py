@@ -56,7 +56,8 @@ class FirstImage(QObject):
 
     def _find_relighter(self, wanted: Wanted) -> Relight | None:
         """The relighter of the model that is wanted, where there is one when the job begins."""
-        return self.shown.relight if self.shown is not None and self.shown.wanted.fits(wanted) else None
+        shown = self.shown
+        return shown.relight if shown is not None and shown.wanted.fits(wanted) and not wanted.parts else None
 
     def find(self, wanted: Wanted) -> Relit | None:
         """The last image, where it is of the model and the BRDF that are `wanted`."""

@@ -30,9 +30,12 @@ MAX_BYTES = 1 << 29
 
 
 def preview(subject: Subject) -> Steps[ShTransport | None]:
-    """Matrices of `subject` with its BRDF, in memory; None where visibility is not kept, or the model is too large."""
+    """Matrices of `subject` with its BRDF, in memory; None where visibility is not kept, or the model is too large.
+
+    None too where parameters vary or parts have BRDFs of their own.
+    """
     surface = subject.mesh if subject.ground is None else with_ground(subject.mesh, subject.ground)[0]
-    if subject.variations or 4 * ORDER**4 * len(surface.positions) > MAX_BYTES:
+    if subject.variations or subject.parts or 4 * ORDER**4 * len(surface.positions) > MAX_BYTES:
         return None
     table = yield from part(table_of(subject.brdf, ORDER, (), subject.mesh), 0.0, 0.2)
     albedo, first = subject.ground.albedo if subject.ground else 0.0, len(subject.mesh.positions)
