@@ -18,8 +18,7 @@ import numpy as np
 import psutil
 
 from app.batch.captures import Capture
-from app.batch.making import RECORD
-from app.batch.record import Row, open_record
+from app.batch.record import FOLDER_RECORD, Row, open_record
 from app.batch.run import REPORT_SHARE, Settings, make_batch
 from benchmarks.measure import Accuracy
 from engine.core.budget import thread_count
@@ -36,16 +35,18 @@ PROCESSES, SCHEDULE = (2, 4, 8), (100_000, 64, 60.0)
 
 def wait(text: str, order: Mapping[str, Any]) -> Steps[dict[str, Any]]:
     """A capture that takes `CAPTURE_S` of no core."""
+    begun_s = time.monotonic()
     yield Step(0.5, "waiting")
     time.sleep(CAPTURE_S)
-    return _write(text, order)
+    return _write(text, order, begun_s)
 
 
 def compute(text: str, order: Mapping[str, Any]) -> Steps[dict[str, Any]]:
     """A capture that takes `CAPTURE_S` of the time of one core."""
+    begun_s = time.monotonic()
     yield Step(0.5, "computing")
     _compute()
-    return _write(text, order)
+    return _write(text, order, begun_s)
 
 
 def _compute() -> None:
@@ -55,12 +56,13 @@ def _compute() -> None:
         values = np.sin(values)
 
 
-def _write(text: str, order: Mapping[str, Any]) -> dict[str, Any]:
+def _write(text: str, order: Mapping[str, Any], begun_s: float) -> dict[str, Any]:
+    """Write a folder; the record tells the seconds that all of the capture took."""
     name = json.loads(text)["name"]
-    with atomic_folder(Path(order["output"]) / name, RECORD) as folder:
+    with atomic_folder(Path(order["output"]) / name, FOLDER_RECORD) as folder:
         write_bytes(folder / "made.txt", f"{time.time_ns()}".encode())
-        write_json(folder / RECORD, {"lightarc_capture": 1, "key": name})
-    return {"verdict": "good", "warnings": [], "photographs": 64}
+        write_json(folder / FOLDER_RECORD, {"lightarc_capture": 1, "key": name})
+    return {"verdict": "good", "warnings": [], "photographs": 64, "spent_s": time.monotonic() - begun_s}
 
 
 def batch(folder: Path, *, runs: int = CAPTURES, seed: int = 1) -> Steps[list[Accuracy]]:
@@ -75,14 +77,14 @@ def batch(folder: Path, *, runs: int = CAPTURES, seed: int = 1) -> Steps[list[Ac
     found.append(Accuracy("batch-lost", float(lost), f"captures that are not there, {what}", 0.0))
     found.append(Accuracy("batch-doubled", float(doubled), f"captures that were made twice, {what}", 0.0))
     found.append(Accuracy("batch-memory", slope_mb, "MB that the scheduler grows by with a capture", 0.1))
-    one = yield from _spend(folder / "one", runs, 1, "compute")
-    all_cores = yield from _spend(folder / "all", runs * cores, cores, "compute")
+    one, _ = yield from _spend(folder / "one", runs, 1, "compute")
+    all_cores, _ = yield from _spend(folder / "all", runs * cores, cores, "compute")
     what = f"throughput below that of one process times {cores}, each with {runs} captures of {CAPTURE_S} s"
     found.append(Accuracy("batch-throughput", max(0.0, 1.0 - one / all_cores), what, 0.1))
     for processes in PROCESSES:
-        taken_s = yield from _spend(folder / f"wait-{processes}", runs * processes, processes, "wait")
+        taken_s, captures_s = yield from _spend(folder / f"wait-{processes}", runs * processes, processes, "wait")
         what = f"time beyond that of {runs} captures of {CAPTURE_S} s on each of {processes} processes that wait"
-        found.append(Accuracy(f"batch-overhead-{processes}", taken_s / (runs * CAPTURE_S) - 1.0, what, 0.05))
+        found.append(Accuracy(f"batch-overhead-{processes}", taken_s / captures_s - 1.0, what, 0.05))
     count, processes, capture_s = SCHEDULE
     service_s = yield from _find_service_s(folder / "service", runs)
     lost_share = 1.0 - count * capture_s / (processes * simulate_schedule(count, processes, capture_s, service_s))
@@ -107,17 +109,25 @@ def _run(folder: Path, count: int, processes: int, function: str) -> Steps[list[
         return (yield from make_batch(output, record, captures, settings, f"benchmarks.batch:{function}"))
 
 
-def _spend(folder: Path, count: int, processes: int, function: str) -> Steps[float]:
-    """Seconds from the first end of a capture to the last, scaled to all: processes start but once."""
-    first = last = 0.0
-    ended = 0
-    steps = _run(folder, count, processes, function)
-    for step in steps:
-        if isinstance(step.partial, Row) and step.partial.state == "done":
+def _spend(folder: Path, count: int, processes: int, function: str) -> Steps[tuple[float, float]]:
+    """Seconds from the first ends of captures to the last, since processes start but once, and those of the captures
+    themselves, on each process."""
+    first = last = time.monotonic()
+    ended, captures_s = 0, 0.0
+    for step in _run(folder, count, processes, function):
+        for row in _list_done(step):
             last, ended = time.monotonic(), ended + 1
-            first = first if ended > processes else last
+            if ended <= processes:
+                first = last
+            else:
+                captures_s += row.record["spent_s"] / processes
         yield Step(step.done, f"{processes} processes: {step.note}")
-    return (last - first) * count / (count - processes)
+    return last - first, captures_s
+
+
+def _list_done(step: Step) -> list[Row]:
+    """The captures that a step says are done."""
+    return [row for row in step.partial or () if row.state == "done"]
 
 
 def _kill(folder: Path, count: int, processes: int, seed: int) -> Steps[tuple[int, int, int, float]]:
@@ -125,16 +135,15 @@ def _kill(folder: Path, count: int, processes: int, seed: int) -> Steps[tuple[in
     draw, own, killed = random.Random(seed), psutil.Process(), 0
     due_s, sizes, made = time.monotonic() + KILL_S, list[float](), dict[str, int]()
     for step in _run(folder, count, processes, "wait"):
-        if isinstance(step.partial, Row) and step.partial.state == "done":
-            name = step.partial.capture.name
-            made[name] = made.get(name, 0) + 1
+        for row in _list_done(step):
+            made[row.capture.name] = made.get(row.capture.name, 0) + 1
             sizes.append(own.memory_info().rss / 1e6)
         children = [each for each in own.children() if "app.batch.worker" in " ".join(each.cmdline())]
         if children and time.monotonic() > due_s:
             draw.choice(children).kill()
             killed, due_s = killed + 1, time.monotonic() + KILL_S
         yield Step(step.done, f"killing: {step.note}")
-    there = {path.parent.name for path in (folder / "results").glob(f"*/{RECORD}")}
+    there = {path.parent.name for path in (folder / "results").glob(f"*/{FOLDER_RECORD}")}
     later = sizes[len(sizes) // 2 :]
     slope_mb = float(np.polyfit(np.arange(len(later)), later, 1)[0]) if len(later) > 2 else 0.0
     return count - len(there & made.keys()), sum(made.values()) - len(made), killed, slope_mb

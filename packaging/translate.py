@@ -36,6 +36,7 @@ CONTEXTS = (
     "help",
     "document",
     "commands",
+    "batch",
     "jobs",
     "project",
     "session",
@@ -59,7 +60,7 @@ NO_PHRASE = re.compile(
 )
 
 #: Modules of which no text is read: names of functions of Qt, and the style sheet with names of type faces.
-SILENT_MODULES = ("language.py", "theme.py", "lanes.py")
+SILENT_MODULES = ("language.py", "theme.py", "lanes.py", "batch/report.py", "batch/worker.py")
 
 
 def find_phrases(path: Path) -> Iterator[tuple[int, str]]:
@@ -118,7 +119,8 @@ def collect() -> dict[str, list[str]]:
     seen: set[str] = set()
     found: dict[str, list[str]] = {}
     for context in CONTEXTS:
-        paths = [path for path in sorted((PROJECT / "app" / context).rglob("*.py")) if path.name not in SILENT_MODULES]
+        paths = sorted((PROJECT / "app" / context).rglob("*.py"))
+        paths = [path for path in paths if not {path.name, f"{context}/{path.name}"} & {*SILENT_MODULES}]
         texts = [text for path in paths for _, text in find_phrases(path)]
         found[context] = [text for text in dict.fromkeys(texts) if text not in seen]
         seen.update(found[context])

@@ -49,7 +49,7 @@ OF_PROJECT = (
 OF_PHOTOGRAPHS = ("control_points", "highlights", "outline_px")
 
 #: Names within the folder of results that are not those of captures, and names that Windows gives to devices.
-_TAKEN = ("logs", "batch.sqlite", "report.html", "report.csv", "report.json")
+_TAKEN = ("logs", "template.lap", "template.lap-data", "batch.sqlite", "report.html", "report.csv", "report.json")
 _RESERVED = {"CON", "PRN", "AUX", "NUL", *(f"{port}{number}" for port in ("COM", "LPT") for number in range(10))}
 
 _WORDS = {"yes": True, "true": True, "no": False, "false": False, "none": None}

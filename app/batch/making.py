@@ -15,7 +15,6 @@ but for the time of change in the project.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
@@ -23,44 +22,34 @@ from pathlib import Path
 from typing import Any
 
 import engine
-from app.batch.captures import OF_PHOTOGRAPHS, OF_PROJECT, Capture, capture_from, value_of
+from app.batch.captures import OF_PROJECT, Capture, capture_from, value_of
+from app.batch.record import FOLDER_RECORD, read_folder
+from app.batch.template import read_template
 from app.commands.export_bundle import export as export_bundle
 from app.commands.export_elsewhere import Known, send
 from app.commands.making import keep_marks, material_of, stack_of
 from app.commands.surface import save as save_maps
 from app.commands.surface import surface_of
 from app.document.document import ImportChoices, Project
-from app.document.factoring import Factoring
 from app.project.made import key_of
 from app.project.photographs import photographs, take_marks
 from app.project.pixels import FILES
-from app.project.project_file import ENDING, History, Writer, data_folder, read
+from app.project.project_file import ENDING, History, Writer, data_folder
 from app.project.thumbnail import keep_thumbnail
 from engine.capture.lights.sources import find_packed
 from engine.capture.stack import ImageStack
-from engine.core.errors import InputError
 from engine.core.health import Verdict
 from engine.core.steps import Step, Steps, part, without_partials
 from engine.scene.credits import Credits
 from engine.scene.material import Material
 from engine.storage.atomic import atomic_folder, discard, make_folder, write_json
-from engine.storage.untrusted import read_bytes
 from engine.surface.lamps import shows_slopes
-
-#: The record of a capture, by which its folder is known.
-RECORD = "capture.json"
 
 #: Members of the folder.
 BUNDLE, MAPS, EXPORT = "material.lightarc", "maps", "export"
 
 #: Targets where nobody chose any.
 TARGETS = ("web",)
-
-#: Bytes of the largest record that is read.
-_RECORD_LIMIT_BYTES = 1 << 24
-
-#: Parts of a template that its photographs do not decide, beside those that no capture resets.
-_OF_TEMPLATE = ("excluded", *OF_PROJECT)
 
 #: Columns of metadata that become credits, by the names of those.
 _CREDITS = {"title": "title", "author": "author", "license": "license", "licence": "license", "source": "source"}
@@ -107,22 +96,10 @@ def make(capture: Capture, order: Order) -> Steps[dict[str, Any]]:
     project = read_template(order.template)
     target = order.output / capture.name
     try:
-        with atomic_folder(target, RECORD) as folder:
+        with atomic_folder(target, FOLDER_RECORD) as folder:
             return (yield from _make(capture, project, order, folder))
     except _Unchanged as same:
         return same.record
-
-
-def read_template(path: Path | None) -> Project:
-    """The choices of the project at `path`, those of a new one where it is None; without a capture and its results."""
-    found = Project() if path is None else read(path).current
-    choices = replace(
-        found.import_choices,
-        reference=None,
-        **{name: getattr(ImportChoices(), name) for name in OF_PHOTOGRAPHS},
-    )
-    parts = {**found.without_capture, **{name: getattr(found, name) for name in _OF_TEMPLATE}}
-    return replace(found, **parts, import_choices=choices, factoring=Factoring(), notes="", name="Untitled")
 
 
 def _make(capture: Capture, template: Project, order: Order, folder: Path) -> Steps[dict[str, Any]]:
@@ -136,7 +113,7 @@ def _make(capture: Capture, template: Project, order: Order, folder: Path) -> St
     files = (*photographs(project), *frames)
     marks = yield from part(take_marks(files), 0.02, 0.05)
     key = _key(project, capture, {file: mark.hash for file, mark in marks.items()})
-    if (known := read_record(final.parent)) is not None and known.get("key") == key:
+    if (known := read_folder(final.parent)) is not None and known.get("key") == key:
         raise _Unchanged(known)
 
     stack = yield from _pass_on(stack_of(sources, project.import_choices, data / f"stack-{key}"), 0.05, 0.45)
@@ -163,7 +140,7 @@ def _make(capture: Capture, template: Project, order: Order, folder: Path) -> St
         for name in FILES:
             discard(stack.folder / name)
     record = {"lightarc_capture": 1, "key": key, **_describe(capture, project, sent)}
-    write_json(folder / RECORD, record)
+    write_json(folder / FOLDER_RECORD, record)
     return record
 
 
@@ -197,15 +174,6 @@ def _key(project: Project, capture: Capture, contents: Mapping[Path, str]) -> st
     """The hash of all that the folder of a capture is made from."""
     parts = [getattr(project, each.name) for each in fields(Project)]
     return key_of(engine.__version__, dict(capture.metadata), *parts, contents=contents)
-
-
-def read_record(folder: Path) -> dict[str, Any] | None:
-    """The record of a capture that was made; None where there is none, or it is damaged."""
-    try:
-        found = json.loads(read_bytes(folder / RECORD, _RECORD_LIMIT_BYTES))
-    except (InputError, ValueError, RecursionError):
-        return None
-    return found if isinstance(found, dict) and found.get("lightarc_capture") == 1 else None
 
 
 def _with_material(project: Project, stack: ImageStack, material: Material) -> Project:

@@ -17,6 +17,7 @@ from typing import Any, Literal
 
 from app.batch.captures import Capture, capture_from
 from engine.core.errors import InputError, OutputError
+from engine.storage.untrusted import read_bytes
 
 State = Literal["waiting", "running", "done", "failed"]
 STATES: tuple[State, ...] = ("waiting", "running", "done", "failed")
@@ -40,6 +41,10 @@ _CAUSES = {
 _REMEDY = "Remove it, and name the captures again: those that are done are not made again"
 
 
+#: The file by which the folder of a capture is known, and the bytes of the largest that is read.
+FOLDER_RECORD, _RECORD_LIMIT_BYTES = "capture.json", 1 << 24
+
+
 @dataclass(frozen=True)
 class Row:
     """The state of one capture, and its results.
@@ -49,7 +54,7 @@ class Row:
     stamp : of the files and choices that it was made from (`app.batch.run`), '' before that.
     reason : why it failed, in a sentence.
     seconds : that making it took; None where nobody measured it.
-    record : figures and files of its folder (`app.batch.making.RECORD`).
+    record : figures and files of its folder (`FOLDER_RECORD`).
     """
 
     capture: Capture
@@ -73,7 +78,10 @@ class Record:
             return [_row_from(json.loads(text)) for (text,) in found]
 
     def put(self, rows: Iterable[Row]) -> None:
-        """Write what is known of some captures now, new ones included, on the disk when this returns."""
+        """Write what is known of some captures now, new ones included, whole or not at all.
+
+        It is there after the end of this process; after that of the machine perhaps not the latest.
+        """
         values = [(row.capture.name, json.dumps({**vars(row), "capture": row.capture.as_text()})) for row in rows]
         statement = "INSERT INTO capture VALUES (?, ?) ON CONFLICT(name) DO UPDATE SET row = excluded.row"
         with _explain(self._path), self._connection:
@@ -90,6 +98,15 @@ class Record:
         with _explain(self._path), self._connection:
             rows = [(name, json.dumps(value)) for name, value in choices.items()]
             self._connection.executemany("INSERT OR REPLACE INTO choice VALUES (?, ?)", rows)
+
+
+def read_folder(folder: Path) -> dict[str, Any] | None:
+    """The record of a capture that was made; None where there is none, or it is damaged."""
+    try:
+        found = json.loads(read_bytes(folder / FOLDER_RECORD, _RECORD_LIMIT_BYTES))
+    except (InputError, ValueError, RecursionError):
+        return None
+    return found if isinstance(found, dict) and found.get("lightarc_capture") == 1 else None
 
 
 def read_rows(folder: Path) -> list[Row]:
@@ -124,7 +141,9 @@ def open_record(folder: Path) -> Iterator[Record]:
         connection = sqlite3.connect(path, timeout=1.0)
     with contextlib.closing(connection):
         with _explain(path):
-            connection.execute("PRAGMA locking_mode = EXCLUSIVE")
+            connection.execute("PRAGMA locking_mode = EXCLUSIVE")  # so that its log needs no memory that is shared
+            connection.execute("PRAGMA journal_mode = WAL")
+            connection.execute("PRAGMA synchronous = NORMAL")
             connection.execute("PRAGMA trusted_schema = OFF")
             connection.execute("BEGIN EXCLUSIVE")
             about = [connection.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version")]
@@ -160,9 +179,7 @@ def _explain(path: Path) -> Iterator[None]:
         ):
             said = (f"cannot be read or written ({error})", "Check the disk that it lies on")
             raise OutputError(path, *_CAUSES.get(code, said)) from error
-        raise InputError(
-            path, f"is damaged ({error})", "Remove it: captures that are done are not made again"
-        ) from error
+        raise InputError(path, f"is damaged ({error})", _REMEDY) from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         problem = f"is damaged ({' '.join(str(error).split())[:80]})"
         raise InputError(path, problem, _REMEDY) from error

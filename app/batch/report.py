@@ -143,7 +143,7 @@ def _row(folder: Path, row: Row, *, embeds: bool) -> str:
     said, own = describe(row), row.capture.name
     verdict = said["verdict"] or ""
     tone = row.state if row.state == "failed" else verdict if row.state == "done" else ""
-    state = f"{row.state}: {verdict}" if row.state == "done" and verdict not in ("", "good") else row.state
+    state = f"{row.state}: {verdict}" if row.state == "done" and verdict in ("warning", "bad") else row.state
     words = [said["reason"], *said["warnings"]]
     about = [f"{key}: {value}" for key, value in (*row.capture.metadata.items(), *row.capture.options.items())]
     links = [(f"{own}/{row.record[name]}", name) for name in ("project", "page", "maps") if row.record.get(name)]
@@ -152,7 +152,7 @@ def _row(folder: Path, row: Row, *, embeds: bool) -> str:
     cells = (
         f"<td>{_image(folder, row, embeds=embeds)}</td>",
         f'<td class="name" data-key="{_escape(own)}">{_escape(own)}{small}</td>',
-        f'<td class="{tone}" data-key="{_escape(state)}">{_escape(state)}</td>',
+        f'<td class="state {tone}" data-key="{_escape(state)}">{_escape(state)}</td>',
         f'<td class="words" data-key="{len(said["warnings"]) or ""}">'
         + "".join(f"<p>{_escape(each)}</p>" for each in words if each)
         + "</td>",

@@ -22,16 +22,17 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import engine
 from app.batch.captures import Capture, find_captures
-from app.batch.record import Record, Row, open_record
+from app.batch.record import Record, Row, open_record, read_folder
 from app.batch.report import write_report
-from app.project.made import hash_of
+from app.batch.template import keep_template, state_of, template_of
+from app.document.document import Project
 from app.project.values import in_full, name_of
 from engine.core.budget import VARIABLES, free_bytes, thread_count
 from engine.core.errors import OutOfMemory, UsageError
@@ -56,7 +57,7 @@ TIME_LIMIT_S, MIN_BYTES = 3600.0, 1 << 30
 LOOK_S, REPORT_S, REPORT_SHARE = 0.05, 10.0, 0.02
 
 #: Processes that a capture may end before it has failed: one that was ended from outside is tried again.
-TRIES = 2
+TRIES = 3
 
 #: Seconds in which a process that is stopped removes what is half-written.
 TIDYING_S = 3.0
@@ -65,19 +66,23 @@ TIDYING_S = 3.0
 MAX_FILES = 10_000
 
 
+#: A capture with a step of it, or with its end: a record, or why it failed.
+Event = tuple[Capture, dict[str, Any]]
+
+
 @dataclass(frozen=True)
 class Settings:
     """The way in which captures are made.
 
     Attributes
     ----------
-    template : a project, whose choices are those of all captures; None for those of a new one.
+    template : a project whose choices are those of all captures; None for those of the last run, or of a new project.
     targets : exports that are written of each; None for those of the template.
     workers : processes; None for one on each core.
     time_limit_s, memory_limit_bytes : of one capture; None for an even share of the memory that is free.
     """
 
-    template: Path | None = None
+    template: Project | None = None
     targets: tuple[str, ...] | None = None
     workers: int | None = None
     time_limit_s: float = TIME_LIMIT_S
@@ -91,8 +96,9 @@ class Settings:
 def go_on(output: Path, sources: Sequence[str], settings: Settings) -> Steps[list[Row]]:
     """Make the captures of `sources` in the folder `output`, or all that its record knows where there are none.
 
-    Where `settings` leave the template or the targets open, they are those of the last run there. The rows are those of
-    these captures. Raises what `find_captures`, `open_record` and `make_batch` raise, and UsageError without a capture.
+    Where `settings` leave the template or the targets open, they are those of the last run there. The choices of a
+    template are copied. The rows are those of these captures. Raises what `find_captures`, `open_record` and
+    `make_batch` raise, and UsageError without a capture.
     """
     yield Step(0.0, "looking for captures")
     output = make_folder(in_full(output))
@@ -101,22 +107,14 @@ def go_on(output: Path, sources: Sequence[str], settings: Settings) -> Steps[lis
         captures = find_captures(sources, known) if sources else known
         if not captures:
             raise UsageError("there is no capture: name folders of photographs, or a table of them")
-        settings = _complete(settings, record.choices())
-        template, targets = settings.template, settings.targets
-        record.choose({"template": None if template is None else os.fspath(template), "targets": targets})
+        if settings.template is not None:
+            keep_template(settings.template, output)
+        targets = settings.targets if settings.targets is not None else record.choices().get("targets")
+        settings = dataclasses.replace(settings, targets=None if targets is None else tuple(targets))
+        record.choose({"targets": settings.targets})
         names = {each.name for each in captures}
         rows = yield from make_batch(output, record, captures, settings)
         return [row for row in rows if row.capture.name in names]
-
-
-def _complete(settings: Settings, before: Mapping[str, Any]) -> Settings:
-    """`settings` with the template and the targets of the run `before`, as far as they are left open."""
-    template, targets = before.get("template"), before.get("targets")
-    if settings.template is None and template is not None:
-        settings = dataclasses.replace(settings, template=Path(template))
-    if settings.targets is None and targets is not None:
-        settings = dataclasses.replace(settings, targets=tuple(targets))
-    return settings if settings.template is None else dataclasses.replace(settings, template=in_full(settings.template))
 
 
 def make_batch(
@@ -124,18 +122,20 @@ def make_batch(
 ) -> Steps[list[Row]]:
     """Make those of `captures` that are missing in the folder `output`, or have changed; all rows of the `record`.
 
-    The `partial` of a step is a row that has changed. Closing the generator stops what is being made; not asking for
-    the next step lets that end, and nothing else begins. `make` is the function in place of `MAKE`. A failure of a
-    capture is part of its row. Raises OutputError where the record or the report cannot be written.
+    The `partial` of a step are rows that have changed, that of the first all rows. Closing the generator stops what is
+    being made; not asking for the next step lets that end, and nothing else begins. `make` is the function in place of
+    `MAKE`. A failure of a capture is part of its row. Raises OutputError where the record or the report cannot be
+    written.
     """
     make_folder(output / LOGS)
     rows = {row.capture.name: row for row in record.rows()}
-    chosen = {each.name: _stamp(each, settings) for each in captures}
+    order = (engine.__version__, settings.targets, state_of(template_of(output)))
+    chosen = {each.name: _stamp(each, order) for each in captures}
     left = deque(each for each in captures if not _is_done(rows.get(each.name), chosen[each.name], output))
     for each in captures:
         rows.setdefault(each.name, Row(each))
     stale = [row for row in rows.values() if row.state == "running" and row.capture.name not in chosen]
-    rows |= {each.name: _again(rows[each.name], each, chosen[each.name]) for each in left}
+    rows |= {each.name: _again(rows[each.name], each, chosen[each.name], output) for each in left}
     rows |= {
         row.capture.name: dataclasses.replace(row, state="waiting") for row in stale if row.capture.name not in chosen
     }
@@ -143,33 +143,25 @@ def make_batch(
     report = _Report(output, settings)
     report.write(rows)
     total, begun_s, ended = len(left), time.monotonic(), 0
-    events: queue.SimpleQueue[tuple[Capture, dict[str, Any]]] = queue.SimpleQueue()
+    events: queue.SimpleQueue[Event] = queue.SimpleQueue()
     workers = [_Worker(output, settings, make or MAKE, events) for _ in range(min(settings.worker_count, total))]
     progress: dict[str, float] = {}
     try:
+        yield Step(0.0, _words(0, total, begun_s), tuple(rows.values()))
         while left or progress:
+            changed = [_row_of(rows[capture.name], event) for capture, event in _collect(events, progress)]
+            ended += len(changed)
             for worker in workers:
                 if left and worker.is_idle:
                     capture = left.popleft()
-                    rows[capture.name] = dataclasses.replace(rows[capture.name], state="running")
-                    record.put([rows[capture.name]])
+                    changed.append(dataclasses.replace(rows[capture.name], state="running"))
                     progress[capture.name] = 0.0
                     worker.begin(capture)
-                    yield Step(_share(ended, progress, total), f"making {capture.name}", rows[capture.name])
-            try:
-                capture, event = events.get(timeout=LOOK_S)
-            except queue.Empty:
-                yield Step(_share(ended, progress, total), _words(ended, total, begun_s))
-                continue
-            if "done" in event:
-                progress[capture.name] = float(event["done"])
-            else:
-                del progress[capture.name]
-                ended += 1
-                rows[capture.name] = _row_of(rows[capture.name], event)
-                record.put([rows[capture.name]])
+            rows |= {row.capture.name: row for row in changed}
+            if changed:
+                record.put(changed)
                 report.write(rows, every_s=REPORT_S)
-                yield Step(_share(ended, progress, total), _words(ended, total, begun_s), rows[capture.name])
+            yield Step(_share(ended, progress, total), _words(ended, total, begun_s), tuple(changed) or None)
     finally:
         for worker in workers:
             worker.close()
@@ -182,30 +174,47 @@ def make_batch(
     return list(rows.values())
 
 
+def _collect(events: queue.SimpleQueue[Event], progress: dict[str, float]) -> Iterator[Event]:
+    """The captures that have ended, once one has or `LOOK_S` are over; steps of the others are noted."""
+    wait_s = LOOK_S if progress else 0.0
+    with contextlib.suppress(queue.Empty):
+        while True:
+            capture, event = events.get(timeout=wait_s) if wait_s else events.get_nowait()
+            wait_s = 0.0
+            if "done" in event:
+                progress[capture.name] = float(event["done"])
+            else:
+                del progress[capture.name]
+                yield capture, event
+
+
 def _share(ended: int, progress: Mapping[str, float], total: int) -> float:
     return min(1.0, (ended + sum(progress.values())) / max(1, total))
 
 
 def _words(ended: int, total: int, begun_s: float) -> str:
-    words = f"{ended} of {total} captures"
-    return words if not ended else f"{words}, {time_left((time.monotonic() - begun_s) / ended * (total - ended))}"
+    if not ended:
+        return f"{ended} of {total} captures"
+    left = time_left((time.monotonic() - begun_s) / ended * (total - ended))
+    return f"{ended} of {total} captures, {left}"
 
 
-def _again(row: Row, capture: Capture, stamp: str) -> Row:
-    """The row of a capture that is to be made, or looked at again."""
-    return dataclasses.replace(row, capture=capture, state="waiting", stamp=stamp, reason="")
+def _again(row: Row, capture: Capture, stamp: str, output: Path) -> Row:
+    """The row of a capture that is to be made, or looked at again, with what its folder says now."""
+    record = read_folder(output / capture.name) or {}
+    seconds = row.seconds if record == row.record else None
+    return Row(capture, stamp=stamp, seconds=seconds, record=record)
 
 
 def _row_of(row: Row, event: Mapping[str, Any]) -> Row:
     """The row of a capture that has ended; one that was found unchanged took what making it took."""
     if "record" in event:
-        known = row.seconds if event["record"] == row.record else None
-        seconds = event["seconds"] if known is None else known
+        seconds = row.seconds if event["record"] == row.record else event["seconds"]
         return dataclasses.replace(row, state="done", reason="", seconds=seconds, record=event["record"])
     return dataclasses.replace(row, state="failed", reason=event["failed"], seconds=event["seconds"], record={})
 
 
-def _stamp(capture: Capture, settings: Settings) -> str:
+def _stamp(capture: Capture, order: tuple[Any, ...]) -> str:
     """The hash of what a capture is made from, files by names, sizes and times of change.
 
     Where it is another, contents decide (`app.batch.making`).
@@ -215,9 +224,7 @@ def _stamp(capture: Capture, settings: Settings) -> str:
         with contextlib.suppress(OSError):
             about = path.stat()
             files.append((os.fspath(path), about.st_size, about.st_mtime_ns))
-    template = "" if settings.template is None else hash_of(settings.template)
-    said = [engine.__version__, capture.as_text(), template, settings.targets, sorted(files)]
-    return name_of(json.dumps(said).encode())
+    return name_of(json.dumps([order, capture.as_text(), sorted(files)]).encode())
 
 
 def _files_below(place: Path) -> list[Path]:
@@ -252,9 +259,7 @@ class _Report:
 class _Worker:
     """A process that makes captures, and the thread that talks to it."""
 
-    def __init__(
-        self, output: Path, settings: Settings, make: str, events: queue.SimpleQueue[tuple[Capture, dict[str, Any]]]
-    ) -> None:
+    def __init__(self, output: Path, settings: Settings, make: str, events: queue.SimpleQueue[Event]) -> None:
         self._output, self._settings, self._make, self._events = output, settings, make, events
         self._asked: queue.SimpleQueue[Capture | None] = queue.SimpleQueue()
         self._process: subprocess.Popen[bytes] | None = None
@@ -327,7 +332,7 @@ class _Worker:
 
     def _ask(self, process: subprocess.Popen[bytes], capture: Capture) -> dict[str, Any] | None:
         """The last reply to a request; None where the process ended before that."""
-        template = self._settings.template
+        template = template_of(self._output)
         order = {"output": os.fspath(self._output), "targets": self._settings.targets}
         order["template"] = None if template is None else os.fspath(template)
         request = {

@@ -118,6 +118,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 def _settings(arguments: argparse.Namespace) -> Settings:
     """The settings of a run; UsageError for those that cannot be."""
     from app.batch.run import TIME_LIMIT_S, Settings
+    from app.project.project_file import read
 
     limit_s = TIME_LIMIT_S if arguments.time_limit is None else arguments.time_limit
     if not MIN_TIME_S <= limit_s <= MAX_TIME_S:
@@ -127,7 +128,8 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         if len(targets) > 1:
             raise UsageError("--to none writes no export: leave the other targets out")
         targets = ()
-    return Settings(arguments.template, targets, arguments.workers, limit_s, arguments.memory_limit)
+    template = None if arguments.template is None else read(arguments.template).current
+    return Settings(template, targets, arguments.workers, limit_s, arguments.memory_limit)
 
 
 def report(result: dict[str, Any]) -> str:

@@ -12,6 +12,7 @@ from PySide6.QtCore import QByteArray, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QCursor, QDragEnterEvent, QDropEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QVBoxLayout, QWidget
 
+from app.batch.panel import BatchDialog
 from app.capture.tab import CaptureTab
 from app.commands.workbench import Workbench
 from app.docks.arrangement import Docks
@@ -144,6 +145,7 @@ class MainWindow(QMainWindow):
         self.setAcceptDrops(True)
         self.setAnimated(False)
         self._has_title = self._is_closed = self._expects_work = False
+        self._batch: BatchDialog | None = None
         self._making: dict[str, Iterator[None]] = {}
         self._dressing: theme.Dressing | None = None
         self._dressing_steps: Generator[None] | None = None
@@ -351,6 +353,7 @@ class MainWindow(QMainWindow):
         menus.theme_wanted.connect(self.set_theme)
         menus.measuring_wanted.connect(self._measure_or_not)
         menus.image_wanted.connect(self._save_image)
+        menus.batch_wanted.connect(self.show_batch)
         menus.history_wanted.connect(lambda: show_history(self, bench))
         menus.help_wanted.connect(lambda: show_for_pointer(self, self.tabs, QCursor.pos()))
         menus.keys_wanted.connect(lambda: show_keys(self))
@@ -509,6 +512,15 @@ class MainWindow(QMainWindow):
             steps.close()
         elif steps is self._dressing_steps and next(steps, self) is not self:
             QTimer.singleShot(0, self, lambda: self._dress_on(steps))
+
+    def show_batch(self) -> BatchDialog:
+        """Show the batch of this window, which goes on while its dialog is closed."""
+        if self._batch is None:
+            self._batch = BatchDialog(self, self.bench.jobs, lambda: self.bench.document.project)
+            self._batch.project_wanted.connect(lambda path: self.files.open([path]))
+        self._batch.show()
+        self._batch.raise_()
+        return self._batch
 
     def _show_preferences(self) -> None:
         preferences = Preferences(self, self.settings.now, self.bench.jobs)

@@ -6320,6 +6320,14 @@ Ihre Arbeit ist noch da. %2.</translation>
    <translation>Fotos eines gewebten Tuchs in voller Größe simulieren, importieren und das Material erzeugen</translation>
   </message>
   <message>
+   <source>Batch…</source>
+   <translation>Stapel…</translation>
+  </message>
+  <message>
+   <source>Make materials, projects and exports of many captures in one run</source>
+   <translation>Aus vielen Aufnahmen in einem Lauf Materialien, Projekte und Exporte machen</translation>
+  </message>
+  <message>
    <source>Save image…</source>
    <translation>Bild speichern…</translation>
   </message>
@@ -7897,6 +7905,329 @@ MIT-Lizenz.</translation>
   </message>
  </context>
  <context>
+  <name>batch</name>
+  <message>
+   <source>holds no capture</source>
+   <translation>enthält keine Aufnahme</translation>
+  </message>
+  <message>
+   <source>Give folders of photographs, or a table of them (.csv)</source>
+   <translation>Geben Sie Ordner mit Fotos an, oder eine Tabelle davon (.csv)</translation>
+  </message>
+  <message>
+   <source>makes more than %1 captures</source>
+   <translation>ergibt mehr als %1 Aufnahmen</translation>
+  </message>
+  <message>
+   <source>Divide it into several batches</source>
+   <translation>Teilen Sie sie auf mehrere Stapel auf</translation>
+  </message>
+  <message>
+   <source>Check its name, or put a pattern into quotes</source>
+   <translation>Prüfen Sie den Namen, oder setzen Sie ein Muster in Anführungszeichen</translation>
+  </message>
+  <message>
+   <source>lies more than %1 folders deep</source>
+   <translation>liegt mehr als %1 Ordner tief</translation>
+  </message>
+  <message>
+   <source>Give a folder that is nearer</source>
+   <translation>Geben Sie einen Ordner an, der näher liegt</translation>
+  </message>
+  <message>
+   <source>Check its permissions</source>
+   <translation>Seine Rechte prüfen</translation>
+  </message>
+  <message>
+   <source>needs a first row that names its columns, each once, with one called path</source>
+   <translation>braucht eine erste Zeile, die jede Spalte einmal nennt, davon eine namens path</translation>
+  </message>
+  <message>
+   <source>Begin it with path,name,options and columns for metadata</source>
+   <translation>Beginnen Sie sie mit path,name,options und Spalten für Metadaten</translation>
+  </message>
+  <message>
+   <source>has more than %1 rows</source>
+   <translation>hat mehr als %1 Zeilen</translation>
+  </message>
+  <message>
+   <source>Divide it</source>
+   <translation>Teilen Sie sie</translation>
+  </message>
+  <message>
+   <source>is no table of cells (%1)</source>
+   <translation>ist keine Tabelle mit Zellen (%1)</translation>
+  </message>
+  <message>
+   <source>Save it as CSV again</source>
+   <translation>Speichern Sie sie noch einmal als CSV</translation>
+  </message>
+  <message>
+   <source>has more cells in row %1 than it has columns, or one that is too long</source>
+   <translation>hat in Zeile %1 mehr Zellen als Spalten, oder eine zu lange</translation>
+  </message>
+  <message>
+   <source>Put cells that hold separators into quotation marks</source>
+   <translation>Setzen Sie Zellen mit Trennzeichen in Anführungszeichen</translation>
+  </message>
+  <message>
+   <source>has no path in row %1</source>
+   <translation>hat in Zeile %1 keinen Pfad</translation>
+  </message>
+  <message>
+   <source>Name the folder of the photographs there</source>
+   <translation>Nennen Sie dort den Ordner der Fotos</translation>
+  </message>
+  <message>
+   <source>has an option in row %1 that is none (%2)</source>
+   <translation>hat in Zeile %1 eine Option, die keine ist (%2)</translation>
+  </message>
+  <message>
+   <source>See lightarc batch -h</source>
+   <translation>Siehe lightarc batch -h</translation>
+  </message>
+  <message>
+   <source>looking for photographs</source>
+   <translation>Fotos werden gesucht</translation>
+  </message>
+  <message>
+   <source>writing the project</source>
+   <translation>Das Projekt wird geschrieben</translation>
+  </message>
+  <message>
+   <source>State</source>
+   <translation>Zustand</translation>
+  </message>
+  <message>
+   <source>Held-out error</source>
+   <translation>Fehler ausgelassener Fotos</translation>
+  </message>
+  <message>
+   <source>Running</source>
+   <translation>Läuft</translation>
+  </message>
+  <message>
+   <source>Failed</source>
+   <translation>Fehlgeschlagen</translation>
+  </message>
+  <message>
+   <source>Batch</source>
+   <translation>Stapel</translation>
+  </message>
+  <message>
+   <source>Progress of the batch</source>
+   <translation>Fortschritt des Stapels</translation>
+  </message>
+  <message>
+   <source>Captures of the batch</source>
+   <translation>Aufnahmen des Stapels</translation>
+  </message>
+  <message>
+   <source>Many captures in one run</source>
+   <translation>Viele Aufnahmen in einem Lauf</translation>
+  </message>
+  <message>
+   <source>Folder…</source>
+   <translation>Ordner…</translation>
+  </message>
+  <message>
+   <source>Table…</source>
+   <translation>Tabelle…</translation>
+  </message>
+  <message>
+   <source>Choose…</source>
+   <translation>Wählen…</translation>
+  </message>
+  <message>
+   <source>A folder with a folder for each capture, or a table (.csv) that lists them</source>
+   <translation>Ein Ordner mit einem Ordner für jede Aufnahme, oder eine Tabelle (.csv), die sie aufzählt</translation>
+  </message>
+  <message>
+   <source>Captures</source>
+   <translation>Aufnahmen</translation>
+  </message>
+  <message>
+   <source>A folder for each capture and for the report; one of an earlier batch goes on</source>
+   <translation>Ein Ordner für jede Aufnahme und den Bericht; der eines früheren Stapels wird fortgesetzt</translation>
+  </message>
+  <message>
+   <source>Results</source>
+   <translation>Ergebnisse</translation>
+  </message>
+  <message>
+   <source>As this project</source>
+   <translation>Wie dieses Projekt</translation>
+  </message>
+  <message>
+   <source>As a new project</source>
+   <translation>Wie ein neues Projekt</translation>
+  </message>
+  <message>
+   <source>Choices</source>
+   <translation>Einstellungen</translation>
+  </message>
+  <message>
+   <source>Import, material, appearance and exports of all captures</source>
+   <translation>Import, Material, Aussehen und Exporte aller Aufnahmen</translation>
+  </message>
+  <message>
+   <source>Start</source>
+   <translation>Starten</translation>
+  </message>
+  <message>
+   <source>Open report</source>
+   <translation>Bericht öffnen</translation>
+  </message>
+  <message>
+   <source>Folder of captures</source>
+   <translation>Ordner der Aufnahmen</translation>
+  </message>
+  <message>
+   <source>Table of captures</source>
+   <translation>Tabelle der Aufnahmen</translation>
+  </message>
+  <message>
+   <source>Tables (*.csv)</source>
+   <translation>Tabellen (*.csv)</translation>
+  </message>
+  <message>
+   <source>Folder of results</source>
+   <translation>Ordner der Ergebnisse</translation>
+  </message>
+  <message>
+   <source>It goes on where it stopped when it is started again.</source>
+   <translation>Beim nächsten Start geht es dort weiter, wo er aufhörte.</translation>
+  </message>
+  <message>
+   <source>%1 of %2 captures are done</source>
+   <translation>%1 von %2 Aufnahmen sind fertig</translation>
+  </message>
+  <message>
+   <source>It is running</source>
+   <translation>Er läuft</translation>
+  </message>
+  <message>
+   <source>Choose a folder of results</source>
+   <translation>Wählen Sie einen Ordner für Ergebnisse</translation>
+  </message>
+  <message>
+   <source>Choose captures</source>
+   <translation>Wählen Sie Aufnahmen</translation>
+  </message>
+  <message>
+   <source>Go on</source>
+   <translation>Fortsetzen</translation>
+  </message>
+  <message>
+   <source>Nothing is running</source>
+   <translation>Nichts läuft</translation>
+  </message>
+  <message>
+   <source>Captures that are being made come to their end</source>
+   <translation>Begonnene Aufnahmen werden noch fertig</translation>
+  </message>
+  <message>
+   <source>Captures that are being made begin anew later</source>
+   <translation>Begonnene Aufnahmen fangen später neu an</translation>
+  </message>
+  <message>
+   <source>There is no report yet</source>
+   <translation>Es gibt noch keinen Bericht</translation>
+  </message>
+  <message>
+   <source>another run is at work on this batch</source>
+   <translation>ein anderer Lauf arbeitet an diesem Stapel</translation>
+  </message>
+  <message>
+   <source>Wait until it has ended, or stop it</source>
+   <translation>Warten Sie, bis er beendet ist, oder halten Sie ihn an</translation>
+  </message>
+  <message>
+   <source>the disk is full</source>
+   <translation>der Datenträger ist voll</translation>
+  </message>
+  <message>
+   <source>Free some space or choose another disk</source>
+   <translation>Platz schaffen oder einen anderen Datenträger wählen</translation>
+  </message>
+  <message>
+   <source>writing here is not permitted</source>
+   <translation>Schreiben ist hier nicht erlaubt</translation>
+  </message>
+  <message>
+   <source>Choose another folder or change its permissions</source>
+   <translation>Einen anderen Ordner wählen oder seine Rechte ändern</translation>
+  </message>
+  <message>
+   <source>Remove it, and name the captures again: those that are done are not made again</source>
+   <translation>Entfernen Sie sie, und geben Sie die Aufnahmen noch einmal an: fertige werden nicht noch einmal gemacht</translation>
+  </message>
+  <message>
+   <source>is not the record of a batch</source>
+   <translation>ist nicht das Protokoll eines Stapels</translation>
+  </message>
+  <message>
+   <source>Choose another folder for the results</source>
+   <translation>Wählen Sie einen anderen Ordner für die Ergebnisse</translation>
+  </message>
+  <message>
+   <source>was made by a newer version</source>
+   <translation>stammt von einer neueren Version</translation>
+  </message>
+  <message>
+   <source>Update Lightarc</source>
+   <translation>Lightarc aktualisieren</translation>
+  </message>
+  <message>
+   <source>cannot be read or written (%1)</source>
+   <translation>lässt sich nicht lesen oder schreiben (%1)</translation>
+  </message>
+  <message>
+   <source>is damaged (%1)</source>
+   <translation>ist beschädigt (%1)</translation>
+  </message>
+  <message>
+   <source>looking for captures</source>
+   <translation>Aufnahmen werden gesucht</translation>
+  </message>
+  <message>
+   <source>there is no capture: name folders of photographs, or a table of them</source>
+   <translation>es gibt keine Aufnahme: nennen Sie Ordner mit Fotos, oder eine Tabelle davon</translation>
+  </message>
+  <message>
+   <source>%1 of %2 captures</source>
+   <translation>%1 von %2 Aufnahmen</translation>
+  </message>
+  <message>
+   <source>%1 of %2 captures, %3</source>
+   <translation>%1 von %2 Aufnahmen, %3</translation>
+  </message>
+  <message>
+   <source>It was stopped.</source>
+   <translation>Sie wurde angehalten.</translation>
+  </message>
+  <message>
+   <source>No further process can be started (%1)</source>
+   <translation>Es kann kein weiterer Prozess gestartet werden (%1)</translation>
+  </message>
+  <message>
+   <source>It took longer than %1, the limit of a capture. Give --time-limit.</source>
+   <translation>Sie dauerte länger als %1, die Grenze für eine Aufnahme. Geben Sie --time-limit an.</translation>
+  </message>
+  <message>
+   <source>Its process ended %1 times (%2); its log says where.</source>
+   <translation>Ihr Prozess endete %1-mal (%2); ihr Protokoll sagt, wo.</translation>
+  </message>
+  <message>
+   <source>signal %1</source>
+   <translation>Signal %1</translation>
+  </message>
+  <message>
+   <source>exit code %1</source>
+   <translation>Exit-Code %1</translation>
+  </message>
+ </context>
+ <context>
   <name>jobs</name>
   <message>
    <source>Writes what the user confirmed: starts at once, and closing the window waits for it.</source>
@@ -8028,10 +8359,6 @@ MIT-Lizenz.</translation>
   <message>
    <source>cleaned up</source>
    <translation>aufgeräumt</translation>
-  </message>
-  <message>
-   <source>is damaged (%1)</source>
-   <translation>ist beschädigt (%1)</translation>
   </message>
   <message>
    <source>Recover it first: lightarc project recover</source>
@@ -8190,28 +8517,8 @@ MIT-Lizenz.</translation>
    <translation>wurde von einer neueren Version erzeugt (%1)</translation>
   </message>
   <message>
-   <source>Update Lightarc</source>
-   <translation>Lightarc aktualisieren</translation>
-  </message>
-  <message>
    <source>%1 (schema %2%3)%4</source>
    <translation>%1 (Schema %2%3)%4</translation>
-  </message>
-  <message>
-   <source>the disk is full</source>
-   <translation>der Datenträger ist voll</translation>
-  </message>
-  <message>
-   <source>Free some space or choose another disk</source>
-   <translation>Platz schaffen oder einen anderen Datenträger wählen</translation>
-  </message>
-  <message>
-   <source>writing here is not permitted</source>
-   <translation>Schreiben ist hier nicht erlaubt</translation>
-  </message>
-  <message>
-   <source>Choose another folder or change its permissions</source>
-   <translation>Einen anderen Ordner wählen oder seine Rechte ändern</translation>
   </message>
   <message>
    <source>another program keeps it locked</source>
@@ -8236,10 +8543,6 @@ MIT-Lizenz.</translation>
   <message>
    <source>reading it takes more work than a file of its size can need</source>
    <translation>das Lesen braucht mehr Arbeit, als eine Datei dieser Größe nötig machen kann</translation>
-  </message>
-  <message>
-   <source>cannot be read or written (%1)</source>
-   <translation>lässt sich nicht lesen oder schreiben (%1)</translation>
   </message>
   <message>
    <source>Look</source>
@@ -8464,10 +8767,6 @@ MIT-Lizenz.</translation>
   <message>
    <source>looking at %1</source>
    <translation>%1 wird untersucht</translation>
-  </message>
-  <message>
-   <source>Check its permissions</source>
-   <translation>Seine Rechte prüfen</translation>
   </message>
   <message>
    <source>holds more than %1 files</source>

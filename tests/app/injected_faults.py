@@ -40,8 +40,7 @@ import numpy as np
 import lightarc
 from app import command_line
 from app.arguments.usage import ALL_FAILED, BAD_FILE, DONE, MISSING, OUT_OF_MEMORY
-from app.batch.making import read_record
-from app.batch.record import open_record
+from app.batch.record import open_record, read_folder
 from app.project.project_file import is_waiting
 from app.project.report import describe
 from engine.capture.chart.correction import fit_correction
@@ -114,7 +113,7 @@ def open_batch(folder: Path) -> None:
     """Read the record of a batch and the folder of each capture that is done."""
     with open_record(folder) as record:
         for row in record.rows():
-            assert row.state != "done" or read_record(folder / row.capture.name) is not None
+            assert row.state != "done" or read_folder(folder / row.capture.name) is not None
 
 
 def _verbs() -> Iterator[Work]:

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from app.arguments.usage import ALL_FAILED, SOME_FAILED, WRONG_USAGE
-from app.batch.making import make_of_request, read_record
+from app.batch.making import make_of_request
+from app.batch.record import read_folder
 from app.document.document import Project
 from app.project.project_file import History, Writer, read
 from engine.bundle.bundle import open_bundle
@@ -83,7 +84,7 @@ def make(name: str, source: Path, output: Path) -> dict[str, Any]:
 def test_options_of_a_row_hold_for_its_capture(source: Path, tmp_path: Path) -> None:
     """What is there is not made again."""
     record = make("arc", source, tmp_path)
-    assert read_record(tmp_path / "arc") == record
+    assert read_folder(tmp_path / "arc") == record
     project = read(tmp_path / "arc" / "arc.lap").current
     assert (project.slices, project.exporting.credits.author) == (3, "Ada")
     place = (tmp_path / "arc").stat().st_ino
