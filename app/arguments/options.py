@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from app.arguments.results import Input
+from engine.core.cluster import check_cluster
 from engine.core.errors import UsageError
 from engine.core.params import Parameter, parameters
 
@@ -65,3 +66,28 @@ def add_search(parser: argparse.ArgumentParser) -> None:
         help="a folder, with those below, in which images that a document names may lie (MaterialX, glTF, USD), and "
         "libraries of OBJ models; names lead there as from the document, or are looked for from FOLDER on",
     )
+
+
+def add_cluster(parser: argparse.ArgumentParser, verb: str) -> None:
+    """The address of a cluster on whose workers to do what `verb` says."""
+    parser.add_argument(
+        "--cluster",
+        type=str,
+        metavar="ADDRESS",
+        help=f"{verb} on the workers of a Dask cluster that has this program: the address of its scheduler, for "
+        "example tls://192.168.0.10:8786; use only a cluster of your own",
+    )
+    parser.add_argument(
+        "--plain-cluster",
+        action="store_true",
+        help="take an address without TLS (tcp://) of another computer; anybody in that network can then run code on "
+        "this one and on the workers",
+    )
+
+
+def refuse_plain_cluster(arguments: argparse.Namespace) -> None:
+    """UsageError for an address of a cluster that is none, or that has no TLS and was not asked for."""
+    if arguments.cluster is not None:
+        check_cluster(arguments.cluster, allow_plain=arguments.plain_cluster)
+    elif arguments.plain_cluster:
+        raise UsageError("--plain-cluster needs --cluster")

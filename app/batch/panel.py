@@ -232,6 +232,6 @@ class BatchDialog(QDialog):
         self.start.setText("Go on" if knows and not running else "Start")
         enable(self.pause, "" if running else "Nothing is running", "Captures that are being made come to their end")
         self.pause.setText("Resume" if is_paused else "Pause")
-        enable(self.stop, "" if running else "Nothing is running", "Captures that are being made begin anew later")
+        enable(self.stop, "" if running else "Nothing is running", "Captures that are being made start over later")
         has_report = self.output is not None and (self.output / PAGE).is_file()
         enable(self.report, "" if has_report else "There is no report yet")

@@ -16,51 +16,38 @@ import dataclasses
 import json
 import os
 import queue
-import signal
-import subprocess
-import sys
 import threading
 import time
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import engine
 from app.batch.captures import Capture, find_captures
+from app.batch.cluster import on_cluster
+from app.batch.processes import LOGS, TIDYING_S, CarryOut, MakingProcess, Order
 from app.batch.record import Record, Row, open_record, read_folder
 from app.batch.report import write_report
 from app.batch.template import keep_template, state_of, template_of
 from app.document.document import Project
 from app.project.values import in_full, name_of
-from engine.core.budget import VARIABLES, free_bytes, thread_count
-from engine.core.errors import OutOfMemory, UsageError
-from engine.core.figure_text import time_text
+from engine.core.budget import thread_count
+from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps, time_left
 from engine.storage.atomic import make_folder
 
 #: The function that makes a capture, in a worker: of its text, and the order as JSON values.
 MAKE = "app.batch.making:make_of_request"
 
-#: Folder of the logs, one for each capture.
-LOGS = "logs"
-
-#: Captures that a process makes before it is replaced, whatever libraries leave behind in it.
-PER_PROCESS = 100
-
-#: Seconds that a capture may take where nobody says; the least memory of one, in bytes.
-TIME_LIMIT_S, MIN_BYTES = 3600.0, 1 << 30
+#: Seconds that a capture may take where nobody says.
+TIME_LIMIT_S = 3600.0
 
 #: Seconds between two looks at the workers, and between two versions of the report while a run goes on; the share of
 #: the time that writing it may take.
 LOOK_S, REPORT_S, REPORT_SHARE = 0.05, 10.0, 0.02
-
-#: Processes that a capture may end before it has failed: one that was ended from outside is tried again.
-TRIES = 3
-
-#: Seconds in which a process that is stopped removes what is half-written.
-TIDYING_S = 3.0
 
 #: Files that are looked at in the folder of a capture, at most.
 MAX_FILES = 10_000
@@ -68,6 +55,7 @@ MAX_FILES = 10_000
 
 #: A capture with a step of it, or with its end: a record, or why it failed.
 Event = tuple[Capture, dict[str, Any]]
+Events = queue.SimpleQueue[Event]
 
 
 @dataclass(frozen=True)
@@ -80,6 +68,7 @@ class Settings:
     targets : exports that are written of each; None for those of the template.
     workers : processes; None for one on each core.
     time_limit_s, memory_limit_bytes : of one capture; None for an even share of the memory that is free.
+    cluster : address of the scheduler of a Dask cluster, on whose workers captures are made (`engine.core.cluster`).
     """
 
     template: Project | None = None
@@ -87,6 +76,7 @@ class Settings:
     workers: int | None = None
     time_limit_s: float = TIME_LIMIT_S
     memory_limit_bytes: int | None = None
+    cluster: str = ""
 
     @property
     def worker_count(self) -> int:
@@ -143,30 +133,27 @@ def make_batch(
     report = _Report(output, settings)
     report.write(rows)
     total, begun_s, ended = len(left), time.monotonic(), 0
-    events: queue.SimpleQueue[Event] = queue.SimpleQueue()
-    workers = [_Worker(output, settings, make or MAKE, events) for _ in range(min(settings.worker_count, total))]
     progress: dict[str, float] = {}
+    yield Step(0.0, _words(0, total, begun_s), tuple(rows.values()))
+    if not left:
+        return list(rows.values())
     try:
-        yield Step(0.0, _words(0, total, begun_s), tuple(rows.values()))
-        while left or progress:
-            changed = [_row_of(rows[capture.name], event) for capture, event in _collect(events, progress)]
-            ended += len(changed)
-            for worker in workers:
-                if left and worker.is_idle:
-                    capture = left.popleft()
-                    changed.append(dataclasses.replace(rows[capture.name], state="running"))
-                    progress[capture.name] = 0.0
-                    worker.begin(capture)
-            rows |= {row.capture.name: row for row in changed}
-            if changed:
-                record.put(changed)
-                report.write(rows, every_s=REPORT_S)
-            yield Step(_share(ended, progress, total), _words(ended, total, begun_s), tuple(changed) or None)
+        with _open_lanes(output, settings, make or MAKE, total) as (lanes, events):
+            while left or progress:
+                changed = [_row_of(rows[capture.name], event) for capture, event in _collect(events, progress)]
+                ended += len(changed)
+                for lane in lanes:
+                    if left and lane.is_idle:
+                        capture = left.popleft()
+                        changed.append(dataclasses.replace(rows[capture.name], state="running"))
+                        progress[capture.name] = 0.0
+                        lane.begin(capture)
+                rows |= {row.capture.name: row for row in changed}
+                if changed:
+                    record.put(changed)
+                    report.write(rows, every_s=REPORT_S)
+                yield Step(_share(ended, progress, total), _words(ended, total, begun_s), tuple(changed) or None)
     finally:
-        for worker in workers:
-            worker.close()
-        for worker in workers:
-            worker.join()
         unfinished = [dataclasses.replace(rows[name], state="waiting") for name in progress]
         rows |= {row.capture.name: row for row in unfinished}
         record.put(unfinished)
@@ -174,13 +161,15 @@ def make_batch(
     return list(rows.values())
 
 
-def _collect(events: queue.SimpleQueue[Event], progress: dict[str, float]) -> Iterator[Event]:
+def _collect(events: Events, progress: dict[str, float]) -> Iterator[Event]:
     """The captures that have ended, once one has or `LOOK_S` are over; steps of the others are noted."""
     wait_s = LOOK_S if progress else 0.0
     with contextlib.suppress(queue.Empty):
         while True:
             capture, event = events.get(timeout=wait_s) if wait_s else events.get_nowait()
             wait_s = 0.0
+            if "error" in event:
+                raise event["error"]
             if "done" in event:
                 progress[capture.name] = float(event["done"])
             else:
@@ -256,16 +245,13 @@ class _Report:
         self._due_s = now + max(every_s or REPORT_S, (now - began_s) / REPORT_SHARE)
 
 
-class _Worker:
-    """A process that makes captures, and the thread that talks to it."""
+class _Lane:
+    """A thread that has one capture made after the other, by `carry_out`, and says in `events` what became of each."""
 
-    def __init__(self, output: Path, settings: Settings, make: str, events: queue.SimpleQueue[Event]) -> None:
-        self._output, self._settings, self._make, self._events = output, settings, make, events
+    def __init__(self, carry_out: CarryOut, events: Events) -> None:
+        self._carry_out, self._events, self.is_idle = carry_out, events, True
         self._asked: queue.SimpleQueue[Capture | None] = queue.SimpleQueue()
-        self._process: subprocess.Popen[bytes] | None = None
-        self._made, self._stopped, self.is_idle = 0, False, True
-        self._memory_bytes = settings.memory_limit_bytes or max(MIN_BYTES, free_bytes() // settings.worker_count)
-        self._thread = threading.Thread(target=self._talk, name="batch", daemon=True)
+        self._thread = threading.Thread(target=self._work, name="batch", daemon=True)
         self._thread.start()
 
     def begin(self, capture: Capture) -> None:
@@ -273,128 +259,50 @@ class _Worker:
         self._asked.put(capture)
 
     def close(self) -> None:
-        """Ask nothing more: the process ends, whatever it is doing, and the thread after it."""
-        self._stopped = True
+        """Wait until the thread has ended, once what it waits for has."""
         self._asked.put(None)
-        process = self._process
-        if process is not None and process.stdin is not None:
-            with contextlib.suppress(OSError):
-                process.stdin.close()
-
-    def join(self) -> None:
-        """Wait until the process has ended, which it may take `TIDYING_S` for."""
-        self._end()
         self._thread.join(TIDYING_S)
 
-    def _talk(self) -> None:
+    def _work(self) -> None:
         while (capture := self._asked.get()) is not None:
             began_s = time.monotonic()
-            event = self._carry_out(capture)
+            end = self._carry_out(capture, partial(self._tell, capture))
             self.is_idle = True
-            self._events.put((capture, {**event, "seconds": round(time.monotonic() - began_s, 3)}))
+            self._tell(capture, {**end, "seconds": round(time.monotonic() - began_s, 3)})
 
-    def _carry_out(self, capture: Capture) -> dict[str, Any]:
-        """The end of a capture: its `record`, or the sentence why it `failed`."""
-        ending = ""
-        for _ in range(TRIES):
-            if self._stopped:
-                return {"failed": "It was stopped."}
-            try:
-                process = self._start()
-            except OSError as error:
-                return {"failed": str(OutOfMemory(f"No further process can be started ({error.strerror})"))}
-            reply, is_late = self._ask_in_time(process, capture)
-            if reply is None or reply.pop("last", False) or "failed" in reply or self._made >= PER_PROCESS:
-                self._end()
-            if reply is not None:
-                return reply
-            if is_late:
-                limit = time_text(self._settings.time_limit_s)
-                return {"failed": f"It took longer than {limit}, the limit of a capture. Give --time-limit."}
-            ending = _describe_end(process)
-        return {"failed": f"Its process ended {TRIES} times ({ending}); its log says where."}
+    def _tell(self, capture: Capture, event: dict[str, Any]) -> None:
+        self._events.put((capture, event))
 
-    def _ask_in_time(self, process: subprocess.Popen[bytes], capture: Capture) -> tuple[dict[str, Any] | None, bool]:
-        """As `_ask`, by a process that is killed when it takes too long, and whether it was."""
-        late = threading.Event()
 
-        def end_late() -> None:
-            late.set()
-            process.kill()
-
-        timer = threading.Timer(self._settings.time_limit_s, end_late)
-        timer.daemon = True
-        timer.start()
+@contextlib.contextmanager
+def _open_lanes(output: Path, settings: Settings, make: str, count: int) -> Iterator[tuple[list[_Lane], Events]]:
+    """At most `count` lanes, by processes of this machine or by the workers of a cluster; they end with the block."""
+    events: Events = queue.SimpleQueue()
+    template = template_of(output)
+    order = Order(
+        make,
+        os.fspath(output),
+        None if template is None else os.fspath(template),
+        settings.targets,
+        settings.time_limit_s,
+        settings.memory_limit_bytes,
+    )
+    lanes: list[_Lane] = []
+    with contextlib.ExitStack() as opened:
+        if settings.cluster:
+            carry_out, threads = opened.enter_context(on_cluster(settings.cluster, order))
+            works = [carry_out] * min(count, threads)
+        else:
+            processes = [MakingProcess(order, settings.worker_count) for _ in range(min(count, settings.worker_count))]
+            for process in processes:
+                opened.callback(process.end)
+            for process in processes:  # all are asked to end before the end of one is waited for
+                opened.callback(process.close)
+            works = [process.carry_out for process in processes]
         try:
-            return self._ask(process, capture), late.is_set()
+            lanes += [_Lane(work, events) for work in works]
+            yield lanes, events
         finally:
-            timer.cancel()
-
-    def _ask(self, process: subprocess.Popen[bytes], capture: Capture) -> dict[str, Any] | None:
-        """The last reply to a request; None where the process ended before that."""
-        template = template_of(self._output)
-        order = {"output": os.fspath(self._output), "targets": self._settings.targets}
-        order["template"] = None if template is None else os.fspath(template)
-        request = {
-            "function": self._make,
-            "arguments": [capture.as_text(), order],
-            "log": os.fspath(self._output / LOGS / f"{capture.name}.log"),
-            "memory_bytes": self._memory_bytes,
-            "threads": 1,
-        }
-        assert process.stdin is not None
-        assert process.stdout is not None
-        self._made += 1
-        try:
-            process.stdin.write(json.dumps(request).encode() + b"\n")
-            process.stdin.flush()
-            for line in process.stdout:
-                reply = json.loads(line)
-                if "done" not in reply:
-                    return dict(reply)
-                self._events.put((capture, reply))
-        except (OSError, ValueError):
-            pass
-        return None
-
-    def _start(self) -> subprocess.Popen[bytes]:
-        """The process, a new one where there is none that lives."""
-        if self._process is None or self._process.poll() is not None:
-            self._end()
-            threads = dict.fromkeys(VARIABLES, "1")
-            path = os.pathsep.join(filter(None, sys.path))
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "app.batch.worker"],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                env={**os.environ, **threads, "PYTHONPATH": path, "PYTHONSAFEPATH": "1"},
-                start_new_session=sys.platform != "win32",
-            )
-            self._made = 0
-            if self._stopped:
-                self._process.kill()
-        return self._process
-
-    def _end(self) -> None:
-        """Let the process end, which it does when nobody can ask it any more."""
-        process, self._process = self._process, None
-        if process is None:
-            return
-        assert process.stdin is not None
-        with contextlib.suppress(OSError):
-            process.stdin.close()
-        try:
-            process.wait(TIDYING_S)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
-
-
-def _describe_end(process: subprocess.Popen[bytes]) -> str:
-    """The signal or the code with which a process ended."""
-    code = process.wait()
-    if code < 0:
-        with contextlib.suppress(ValueError):
-            return f"signal {signal.Signals(-code).name}"
-    return f"exit code {code}"
+            opened.close()
+            for lane in lanes:
+                lane.close()

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.common import thread_number
+from app.arguments.options import add_cluster, refuse_plain_cluster
 from app.arguments.quantities import SECONDS, size_bytes
 from app.arguments.results import SHARED, Input, Output
 from app.arguments.usage import ALL_FAILED, CANCELLED, DONE, SOME_FAILED
@@ -77,6 +78,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SIZE",
         help="a capture that takes more memory, decoders included, has failed, as 4GB (an even share of what is free)",
     )
+    add_cluster(parser, "make captures")
     parser.epilog = f"{parser.epilog}\n\n{MORE_HELP}"
 
 
@@ -129,7 +131,11 @@ def _settings(arguments: argparse.Namespace) -> Settings:
             raise UsageError("--to none writes no export: leave the other targets out")
         targets = ()
     template = None if arguments.template is None else read(arguments.template).current
-    return Settings(template, targets, arguments.workers, limit_s, arguments.memory_limit)
+    refuse_plain_cluster(arguments)
+    if arguments.cluster is not None and arguments.workers is not None:
+        raise UsageError("--workers is of this computer, and --cluster has workers of its own: choose one")
+    cluster = arguments.cluster or ""
+    return Settings(template, targets, arguments.workers, limit_s, arguments.memory_limit, cluster)
 
 
 def report(result: dict[str, Any]) -> str:

@@ -7987,6 +7987,22 @@ MIT-Lizenz.</translation>
    <translation>Siehe lightarc batch -h</translation>
   </message>
   <message>
+   <source>Making captures</source>
+   <translation>Aufnahmen zu verarbeiten</translation>
+  </message>
+  <message>
+   <source>The workers that made it were lost; their logs say why.</source>
+   <translation>Die Worker, die sie verarbeiteten, gingen verloren; ihre Protokolle sagen, warum.</translation>
+  </message>
+  <message>
+   <source>Install Lightarc %1 where scheduler and workers run and start again</source>
+   <translation>Installieren Sie Lightarc %1, wo Scheduler und Worker laufen, und starten Sie noch einmal</translation>
+  </message>
+  <message>
+   <source>the cluster could not do its part (%1)</source>
+   <translation>der Cluster konnte seinen Teil nicht leisten (%1)</translation>
+  </message>
+  <message>
    <source>looking for photographs</source>
    <translation>Fotos werden gesucht</translation>
   </message>
@@ -8127,12 +8143,36 @@ MIT-Lizenz.</translation>
    <translation>Begonnene Aufnahmen werden noch fertig</translation>
   </message>
   <message>
-   <source>Captures that are being made begin anew later</source>
+   <source>Captures that are being made start over later</source>
    <translation>Begonnene Aufnahmen fangen später neu an</translation>
   </message>
   <message>
    <source>There is no report yet</source>
    <translation>Es gibt noch keinen Bericht</translation>
+  </message>
+  <message>
+   <source>It was stopped.</source>
+   <translation>Sie wurde angehalten.</translation>
+  </message>
+  <message>
+   <source>No further process can be started (%1)</source>
+   <translation>Es kann kein weiterer Prozess gestartet werden (%1)</translation>
+  </message>
+  <message>
+   <source>It took longer than %1, the limit of a capture. Give --time-limit.</source>
+   <translation>Sie dauerte länger als %1, die Grenze für eine Aufnahme. Geben Sie --time-limit an.</translation>
+  </message>
+  <message>
+   <source>Its process ended %1 times (%2); its log says where.</source>
+   <translation>Ihr Prozess endete %1-mal (%2); ihr Protokoll sagt, wo.</translation>
+  </message>
+  <message>
+   <source>signal %1</source>
+   <translation>Signal %1</translation>
+  </message>
+  <message>
+   <source>exit code %1</source>
+   <translation>Exit-Code %1</translation>
   </message>
   <message>
    <source>another run is at work on this batch</source>
@@ -8201,30 +8241,6 @@ MIT-Lizenz.</translation>
   <message>
    <source>%1 of %2 captures, %3</source>
    <translation>%1 von %2 Aufnahmen, %3</translation>
-  </message>
-  <message>
-   <source>It was stopped.</source>
-   <translation>Sie wurde angehalten.</translation>
-  </message>
-  <message>
-   <source>No further process can be started (%1)</source>
-   <translation>Es kann kein weiterer Prozess gestartet werden (%1)</translation>
-  </message>
-  <message>
-   <source>It took longer than %1, the limit of a capture. Give --time-limit.</source>
-   <translation>Sie dauerte länger als %1, die Grenze für eine Aufnahme. Geben Sie --time-limit an.</translation>
-  </message>
-  <message>
-   <source>Its process ended %1 times (%2); its log says where.</source>
-   <translation>Ihr Prozess endete %1-mal (%2); ihr Protokoll sagt, wo.</translation>
-  </message>
-  <message>
-   <source>signal %1</source>
-   <translation>Signal %1</translation>
-  </message>
-  <message>
-   <source>exit code %1</source>
-   <translation>Exit-Code %1</translation>
   </message>
  </context>
  <context>

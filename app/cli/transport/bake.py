@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from app.arguments.options import add_search, settings_from
+from app.arguments.options import add_cluster, add_search, refuse_plain_cluster, settings_from
 from app.arguments.results import TRANSPORT, Input, Output
 from app.cli.brdf import BRDF_HELP
 from app.cli.doubts import doubts_of_brdf, mean_in_place_of_maps, means_of_parts
@@ -34,7 +34,6 @@ from engine.light.environment_file import open_environment
 from engine.scene.scene import materials_of_parts
 from engine.transport import method as transport
 from engine.transport.baking.check import BakeCheck, lines_of_check
-from engine.transport.baking.chunks import check_cluster
 from engine.transport.baking.parts import text_of
 from engine.transport.baking.spatially_varying import variation_to_text
 from engine.transport.method import Method
@@ -98,13 +97,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="discard a cancelled bake, and keep nothing if this one is cancelled",
     )
-    parser.add_argument(
-        "--cluster",
-        type=str,
-        metavar="ADDRESS",
-        help="bake on the workers of a Dask cluster that has this program: the address of its scheduler, for example "
-        "tcp://192.168.0.10:8786; use only a cluster of your own",
-    )
+    add_cluster(parser, "bake")
     add_options(parser, _settings)
     bake_auto.add_arguments(parser.add_argument_group(f"--mode {AUTO}"))
 
@@ -290,8 +283,7 @@ def _check(arguments: argparse.Namespace) -> None:
     if mode != AUTO:
         _check_method(arguments, transport.method_of(mode))
 
-    if arguments.cluster is not None:
-        check_cluster(arguments.cluster)
+    refuse_plain_cluster(arguments)
 
 
 def _check_method(arguments: argparse.Namespace, method: Method) -> None:

@@ -13,7 +13,6 @@ The time of a bake is estimated from some vertices of the model and of the groun
 from __future__ import annotations
 
 import importlib
-import re
 import threading
 import time
 import uuid
@@ -27,7 +26,8 @@ from numpy.typing import NDArray
 
 import engine
 from engine.core.budget import thread_count
-from engine.core.errors import InputError, MissingCapability, UsageError
+from engine.core.cluster import PATIENCE_S, connect, count_threads
+from engine.core.errors import InputError
 from engine.core.steps import Step, Steps, time_left
 
 if TYPE_CHECKING:
@@ -36,13 +36,8 @@ if TYPE_CHECKING:
 #: Data that all chunks of one bake share.
 Recipe = Mapping[str, Any]
 
-#: Seconds to wait for a scheduler, and for a worker where there is none (any more).
-PATIENCE_S = 20.0
-
 #: Chunks that are under way for each thread of the workers.
 AHEAD = 2
-
-_ADDRESS = re.compile(r"(tcp|tls|ws|wss)://(\[[0-9a-fA-F:.]{1,45}+\]|[^\s:/@]{1,253}+):\d{1,5}/?")
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +54,7 @@ Make = Callable[[int], Chunk]
 
 @dataclass(frozen=True, eq=False)
 class Remote:
-    """Work for a cluster: the `address` of its scheduler (see `check_cluster`), and what workers make chunks with.
+    """Work for a cluster: the `address` of its scheduler (`engine.core.cluster`), and what workers make chunks with.
 
     `maker` turns `recipe`, arrays and plain values, into a function from number to chunk; workers know it by its module
     and name.
@@ -101,24 +96,10 @@ def fill(
     return visibility_s
 
 
-def check_cluster(address: str) -> str:
-    """`address` if it is one of a scheduler; else UsageError."""
-    if _ADDRESS.fullmatch(address) is None:
-        raise UsageError(f"{address!r} is not an address of a Dask scheduler such as tcp://192.168.0.10:8786")
-    return address
-
-
 def _on_cluster(remote: Remote, numbers: list[int]) -> Generator[Chunk, None, None]:
-    try:
-        import dask
+    with connect(remote.address, "Baking") as client:
         import distributed
-    except ImportError:
-        raise MissingCapability(
-            "Baking on a cluster needs the library distributed", "Install it with: pip install distributed"
-        ) from None
-    # the recipe is part of the graph, so that it outlives any worker
-    with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1TB"}):
-        client = _client(distributed, remote.address)
+
         try:
             yield from _results(distributed, client, remote, numbers)
         except (
@@ -136,21 +117,6 @@ def _on_cluster(remote: Remote, numbers: list[int]) -> Generator[Chunk, None, No
                 f"Install Lightarc {engine.__version__} where the scheduler and the workers run and start again; "
                 "the bake goes on where it stopped",
             ) from None
-        finally:
-            client.close(timeout=5)
-
-
-def _client(distributed: Any, address: str) -> Any:
-    try:
-        client = distributed.Client(address, timeout=PATIENCE_S, set_as_default=False, name="lightarc")
-    except (OSError, ValueError) as error:
-        words = " ".join(str(error).split())[:200]
-        raise InputError(
-            address,
-            f"no scheduler of a cluster answers there ({words})",
-            "Start one with: dask scheduler, and workers with: dask worker ADDRESS; or leave --cluster out",
-        ) from None
-    return client
 
 
 def _results(distributed: Any, client: Any, remote: Remote, numbers: list[int]) -> Generator[Chunk, None, None]:
@@ -161,7 +127,7 @@ def _results(distributed: Any, client: Any, remote: Remote, numbers: list[int]) 
     left, under_way = numbers[::-1], set[Any]()
     try:
         while left or under_way:
-            threads = sum(_workers(client, remote.address).values())
+            threads = count_threads(client, remote.address)
             while left and len(under_way) < AHEAD * threads:
                 number = left.pop()
                 key = f"lightarc-chunk-{token}-{number}"
@@ -179,16 +145,6 @@ def _finish(distributed: Any, client: Any, under_way: set[Any]) -> set[Any]:
         done: set[Any] = distributed.wait(under_way, timeout=PATIENCE_S, return_when="FIRST_COMPLETED").done
         return done
     return set()
-
-
-def _workers(client: Any, address: str) -> dict[str, int]:
-    """Workers and how many threads each has, once there is one."""
-    patience = time.monotonic() + PATIENCE_S
-    while not (found := client.nthreads()):
-        if time.monotonic() > patience:
-            raise InputError(address, "the cluster has no workers", f"Start some with: dask worker {address}")
-        time.sleep(0.1)
-    return dict(found)
 
 
 def _entry() -> Callable[..., Any]:

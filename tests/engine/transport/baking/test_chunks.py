@@ -19,7 +19,7 @@ from engine.core.steps import drain
 from engine.geometry.ground import Ground
 from engine.geometry.shapes import open_mesh
 from engine.transport.baking import chunks
-from engine.transport.baking.chunks import Chunk, Recipe, Remote, check_cluster, run
+from engine.transport.baking.chunks import Chunk, Recipe, Remote, run
 from engine.transport.sh import bake as sh_bake
 from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.bake import BakeSettings, Work, bake, factors_for, prepare
@@ -143,22 +143,9 @@ def test_a_scheduler_that_goes_away_is_said(cluster: Any, monkeypatch: pytest.Mo
 
 
 def test_a_cluster_that_is_not_there_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(chunks, "PATIENCE_S", 0.3)
+    monkeypatch.setattr("engine.core.cluster.PATIENCE_S", 0.3)
     with pytest.raises(InputError, match="no scheduler of a cluster answers"):
         list(run(nothing, [0], Remote("tcp://127.0.0.1:9", unknown, {})))
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(MissingCapability, match="pip install distributed"):
         list(run(nothing, [0], Remote("tcp://127.0.0.1:9", unknown, {})))
-
-
-@pytest.mark.parametrize("address", ["tcp://127.0.0.1:8786", "tls://[::1]:1", "tcp://a.b:99/"])
-def test_addresses(address: str) -> None:
-    assert check_cluster(address) == address
-
-
-@pytest.mark.parametrize(
-    "address", ["", "127.0.0.1:8786", "tcp://", "tcp://a", "file:///x:1", "tcp://a:b", "tcp://a b:1"]
-)
-def test_what_is_no_address_is_refused(address: str) -> None:
-    with pytest.raises(ValueError, match="not an address"):
-        check_cluster(address)
