@@ -142,8 +142,6 @@ def open_record(folder: Path) -> Iterator[Record]:
     with contextlib.closing(connection):
         with _explain(path):
             connection.execute("PRAGMA locking_mode = EXCLUSIVE")  # so that its log needs no memory that is shared
-            connection.execute("PRAGMA journal_mode = WAL")
-            connection.execute("PRAGMA synchronous = NORMAL")
             connection.execute("PRAGMA trusted_schema = OFF")
             connection.execute("BEGIN EXCLUSIVE")
             about = [connection.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version")]
@@ -162,6 +160,8 @@ def open_record(folder: Path) -> Iterator[Record]:
             found = [row[0] for row in connection.execute("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL")]
             if sorted(found) != sorted(_STATEMENTS):
                 raise ValueError("it holds tables that no batch has")
+            connection.execute("PRAGMA journal_mode = WAL")
+            connection.execute("PRAGMA synchronous = NORMAL")
         yield Record(connection, path)
 
 
