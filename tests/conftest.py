@@ -54,6 +54,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "long: takes minutes or hours, and runs with --long only")
+    config.addinivalue_line("markers", "dressed: the window has its style sheet (`tests.app.conftest`)")
     config.addinivalue_line("markers", "checked_bakes: bakes end with their check, as those of users do")
     config.addinivalue_line("markers", "campaign(rounds): repeat with seeds 1 to rounds - 1 under --long")
 

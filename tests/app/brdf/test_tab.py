@@ -517,6 +517,7 @@ def test_switching_quickly_between_many_ends_with_the_last(tab: BrdfTab, qtbot: 
     assert tab.sphere.brdf == tab.entry.brdf
 
 
+@pytest.mark.dressed
 @pytest.mark.parametrize("size", [pytest.param((1280, 800), marks=pytest.mark.long), (1120, 700)])
 def test_no_words_are_cut_off_where_there_is_something_to_compare(
     window: MainWindow, tab: BrdfTab, qtbot: Any, table: Path, size: tuple[int, int]

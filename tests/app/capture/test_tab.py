@@ -85,6 +85,7 @@ def test_a_grey_patch_is_drawn_and_decides_the_white_balance(imported: MainWindo
     assert choices(imported).patch is None
 
 
+@pytest.mark.dressed
 def test_dark_frame_lamp_and_sphere_are_asked_for(
     imported: MainWindow, qtbot: Any, photographs: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

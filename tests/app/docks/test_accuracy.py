@@ -229,6 +229,7 @@ def test_docks_of_the_view_come_and_go_with_it(window: MainWindow, qtbot: Any) -
     assert window.docks.accuracy.isVisible()
 
 
+@pytest.mark.dressed
 def test_docks_come_back_as_wide_as_they_were(view: MainWindow, qtbot: Any) -> None:
     docks = list(view.docks.of_view.docks)
     view.resizeDocks(docks, [480, 780], Qt.Orientation.Horizontal)
@@ -273,6 +274,7 @@ def test_before_anything_is_measured_the_axes_have_no_numbers(view: MainWindow) 
     assert all(axis._tickLevels != [] for axis in axes)
 
 
+@pytest.mark.dressed
 def test_what_lies_below_shares_the_place_of_accuracy_in_a_narrow_window(
     view: MainWindow, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -102,6 +102,7 @@ def test_rows_have_shorter_forms_for_narrow_docks() -> None:
     assert row_forms(effect) == ("skipped, 0.2 % for 41 s", "skipped, 0.2 %", "0.2 %")
 
 
+@pytest.mark.dressed
 def test_a_narrow_dock_cuts_no_words(planned: MainWindow) -> None:
     dock = planned.docks.effects
     for width in (300, 420, 640):

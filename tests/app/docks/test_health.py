@@ -53,6 +53,7 @@ def test_every_result_is_reported_with_its_figures_and_a_verdict(window: MainWin
     assert "Model" not in rows(window)
 
 
+@pytest.mark.dressed
 def test_a_finding_names_what_it_is_about_and_is_read_in_whole(window: MainWindow, qtbot: Any) -> None:
     about = Finding(Verdict.WARNING, "is predicted from the others with an error of 77 % of its mean radiance", "a.tif")
     window.bench.document.change("Ball", mesh=dataclasses.replace(sphere(), health=Health({}, (about, *[about] * 2))))
@@ -151,6 +152,7 @@ def test_reports_are_sentences() -> None:
     assert "1 of 2" in report_text((good, Case("H2", "poles", 2.0, 1.0)))
 
 
+@pytest.mark.dressed
 def test_names_of_results_are_not_cut(window: MainWindow) -> None:
     window.bench.document.change("Ball", mesh=sphere(), environment=open_environment("sky"))
     window.docks.health.show()

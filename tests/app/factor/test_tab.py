@@ -108,6 +108,7 @@ def test_a_click_on_a_point_chooses_so_many_terms_and_undo_takes_it_back(factor:
     assert factor.factoring.terms is None
 
 
+@pytest.mark.dressed
 def test_the_error_plot_is_saved_as_images_and_values(factor: Any, qtbot: Any, tmp_path: Path) -> None:
     """The ending says in which form; both axes have a unit, also where room lacks."""
     first, second = run_with(factor, qtbot), run_with(factor, qtbot, method="homomorphic")
@@ -140,6 +141,7 @@ def test_the_error_plot_is_saved_as_images_and_values(factor: Any, qtbot: Any, t
     assert factor.plot.getPlotItem().getAxis("bottom").labelText == "Number of terms"
 
 
+@pytest.mark.dressed
 def test_a_long_name_of_a_run_is_not_cut(factor: Any, qtbot: Any) -> None:
     """Such as that of a file, which has no spaces: it pushed the figures below the scroll bar."""
     run_with(factor, qtbot)
