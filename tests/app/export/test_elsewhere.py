@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ from engine.exchange.targets import EXPORTERS
 from engine.exchange.textures import PRESETS
 from engine.light.environment import DistantLights
 from engine.scene.material import Material
+from engine.storage.atomic import make_folder
 from tests.app.window.test_main_window import fill
 
 OFFERED = len(EXPORTERS)
@@ -43,8 +45,26 @@ def two_lamps(_name: str) -> DistantLights:
     return DistantLights(np.array([[0.0, 0.6, 0.8], [0.8, 0.0, 0.6]]), np.ones((2, 3)))
 
 
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of what was measured of the material, once for all tests: the page finds it beside the project."""
+    return tmp_path_factory.mktemp("measured")
+
+
 @pytest.fixture
-def page(window: MainWindow, qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+def anew() -> None:
+    """The page is measured in this test, and not found to be."""
+
+
+@pytest.fixture
+def page(
+    window: MainWindow,
+    qtbot: Any,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    measured: Path,
+    request: pytest.FixtureRequest,
+) -> Any:
     """The page, measured, of a material lit from one side; tables of BRDFs are short, lights few."""
     targets = tuple(
         dataclasses.replace(target, contents=few_samples) if target.name == "brdf" else target
@@ -54,12 +74,18 @@ def page(window: MainWindow, qtbot: Any, tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr(loss, "environment_lights", two_lamps)
     fill(window)
     window.bench.write_into(tmp_path)
+    found = [] if "anew" in request.fixturenames else list(measured.iterdir())
+    for file in found:
+        shutil.copy(file, make_folder(window.bench.own))
     window.show_workspace("export")
     click(qtbot, window.export.forms.buttons["elsewhere"])
     page = window.export.elsewhere
     assert not page.is_measuring
-    click(qtbot, page.measure)
+    if not found:
+        click(qtbot, page.measure)
     qtbot.waitUntil(lambda: whole(page), timeout=240_000)
+    for file in window.bench.own.glob("loss-*.json"):
+        shutil.copy(file, measured)
     return page
 
 
@@ -146,7 +172,7 @@ def test_what_cannot_be_exported_says_why_in_one_sentence(page: Any) -> None:
     assert "nearest metallic-roughness, 9 % away" in page.cards["brdf"].words.text()
 
 
-def test_the_smallest_within_an_error_is_the_choice_of_the_command_line(page: Any, qtbot: Any) -> None:
+def test_the_smallest_within_an_error_is_the_choice_of_the_command_line(anew: None, page: Any, qtbot: Any) -> None:
     """Of all that show the surface; slices in shaders are the material itself, and without them nothing is."""
     best = export.choice([page.found[name] for name in export.candidates() if name != "rti"], 10.0)["chosen"]
     page.budget.edited.emit(1000.0, True)
@@ -161,7 +187,7 @@ def test_the_smallest_within_an_error_is_the_choice_of_the_command_line(page: An
     assert "no representation keeps it" in page.chosen.text()
 
 
-def test_another_preset_is_measured_alone_when_asked_for(page: Any, window: MainWindow, qtbot: Any) -> None:
+def test_another_preset_is_measured_alone_when_asked_for(anew: None, page: Any, window: MainWindow, qtbot: Any) -> None:
     """Nothing is measured again that was measured, and the material is not made ready again."""
     before, leaving = dict(page.found), page.leaving
     page.preset.setCurrentIndex(1)
