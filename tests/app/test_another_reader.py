@@ -30,12 +30,12 @@ from tests.plain_formats import BRDF, IMAGE, MESH
 TESTS = Path(__file__).resolve().parents[1]
 
 
-@pytest.fixture
-def plain(tmp_path: Path) -> Iterator[dict[str, Path]]:
-    """A file of each kind, with its reader registered."""
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Path]]:
+    """A file of each kind, with its reader registered; the processes that know the readers serve all tests."""
     for reader in (IMAGE, MESH, BRDF):
         register(reader)
-    yield files_in(tmp_path)
+    yield files_in(tmp_path_factory.mktemp("plain"))
     for reader in (IMAGE, MESH, BRDF):
         unregister(reader)
 
