@@ -43,8 +43,12 @@ def counted(value):
 }
 
 USE = """
-from caller import counted, moved
-print(moved(2.0), counted(2.5), *(sum(each.stats.cache_hits.values()) for each in (moved, counted)))
+import sys
+for folder in sys.argv[1:]:
+    sys.path.insert(0, folder)
+    from caller import counted, moved
+    print(moved(2.0), counted(2.5), *(sum(each.stats.cache_hits.values()) for each in (moved, counted)))
+    del sys.modules["caller"], sys.modules["callee"]
 """
 
 
@@ -55,27 +59,26 @@ def modules(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def use(folder: Path, cache: Path) -> str:
-    """What the program USE prints with the modules of `folder`: two results and whether each kernel was cached."""
-    environment = {
-        **os.environ,
-        "NUMBA_CACHE_DIR": str(cache),
-        "PYTHONPATH": os.pathsep.join([str(folder), str(PROJECT)]),
-    }
-    done = subprocess.run([sys.executable, "-c", USE], capture_output=True, text=True, env=environment, check=True)
-    return done.stdout.strip()
+def use(cache: Path, *folders: Path) -> list[str]:
+    """What the program USE prints with the modules of each folder: two results and whether each kernel was cached."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(PROJECT)}
+    words = [sys.executable, "-c", USE, *map(str, folders)]
+    done = subprocess.run(words, capture_output=True, text=True, env=environment, check=True)
+    return done.stdout.splitlines()
 
 
 def test_kernels_are_shared_by_checkouts_and_compiled_anew_where_a_callee_changed(
     modules: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
-    cache, other = tmp_path_factory.mktemp("cache"), tmp_path_factory.mktemp("other")
-    assert use(modules, cache) == "11.0 2.0 0 0"
+    cache, other, changed = (tmp_path_factory.mktemp(name) for name in ("cache", "other", "changed"))
+    assert use(cache, modules) == ["11.0 2.0 0 0"]
     for name, text in MODULES.items():
-        (other / name).write_text(f"# a line more\n{text}")
-    assert use(other, cache) == "11.0 2.0 1 1", "another folder, other lines, the same kernels"
-    (other / "callee.py").write_text(MODULES["callee.py"].replace("3.0", "4.0"))
-    assert use(other, cache) == "14.0 2.0 0 1", "the caller's own file has not changed"
+        for folder in (other, changed):
+            (folder / name).write_text(f"# a line more\n{text}")
+    (changed / "callee.py").write_text(MODULES["callee.py"].replace("3.0", "4.0"))
+    found = use(cache, other, changed)
+    assert found[0] == "11.0 2.0 1 1", "another folder, other lines, the same kernels"
+    assert found[1] == "14.0 2.0 0 1", "the caller's own file has not changed"
 
 
 def test_constants_and_options_belong_to_the_key() -> None:
