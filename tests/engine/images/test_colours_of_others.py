@@ -16,18 +16,22 @@ from engine.images.colour_space import ADOBE_RGB, BT709_CURVE, D50, P3, SRGB_CUR
 from engine.images.decode import read_image
 from engine.images.encode import rgb_channels, write_exr
 
-colour: Any = pytest.importorskip("colour", reason="colour-science is the independent reference")
-
 RNG = np.random.default_rng(2000)
 
 
-def test_differences_of_random_colours() -> None:
+@pytest.fixture(scope="module")
+def colour() -> Any:
+    """The library, which takes 2 s to load: not while tests are collected, which each worker does."""
+    return pytest.importorskip("colour", reason="colour-science is the independent reference")
+
+
+def test_differences_of_random_colours(colour: Any) -> None:
     one = RNG.uniform((0, -100, -100), (100, 100, 100), (5000, 3))
     other = one + RNG.normal(0, (4, 8, 8), one.shape) * RNG.choice([0.1, 1.0, 5.0], (5000, 1))
     np.testing.assert_allclose(delta_e_2000(one, other), colour.delta_E(one, other, method="CIE 2000"), atol=1e-9)
 
 
-def test_lightness_and_chroma_under_d50() -> None:
+def test_lightness_and_chroma_under_d50(colour: Any) -> None:
     xyz = RNG.uniform(0, 1, (1000, 3)) * D50
     white = colour.XYZ_to_xy(D50)
     np.testing.assert_allclose(lab_from_xyz(xyz), colour.XYZ_to_Lab(xyz, white), atol=1e-6)
@@ -42,7 +46,7 @@ def test_lightness_and_chroma_under_d50() -> None:
         ("ProPhoto RGB", from_chromaticities((0.7347, 0.2653, 0.1596, 0.8404, 0.0366, 0.0001, 0.3457, 0.3585))),
     ],
 )
-def test_matrices_of_spaces(name: str, matrix: Any) -> None:
+def test_matrices_of_spaces(colour: Any, name: str, matrix: Any) -> None:
     """With Bradford's adaptation, to the digits to which standards round their whites."""
     source, target = colour.RGB_COLOURSPACES[name], colour.RGB_COLOURSPACES["sRGB"]
     wanted = colour.matrix_RGB_to_RGB(source, target, chromatic_adaptation_transform="Bradford")
@@ -50,14 +54,14 @@ def test_matrices_of_spaces(name: str, matrix: Any) -> None:
     np.testing.assert_allclose(matrix.sum(axis=1), 1.0, atol=1e-6)
 
 
-def test_curves_of_spaces() -> None:
+def test_curves_of_spaces(colour: Any) -> None:
     """But at 0.081, where the two branches of BT.709 do not meet."""
     codes = np.delete(np.linspace(0, 1, 1001), 81)
     np.testing.assert_allclose(SRGB_CURVE.linear(codes), colour.models.eotf_sRGB(codes), atol=2e-6)
     np.testing.assert_allclose(BT709_CURVE.linear(codes), colour.models.oetf_inverse_BT709(codes), atol=2e-5)
 
 
-def test_references_of_the_chart() -> None:
+def test_references_of_the_chart(colour: Any) -> None:
     chart = colour.CCS_COLOURCHECKERS["ColorChecker24 - After November 2014"]
     wanted = [colour.XYZ_to_Lab(colour.xyY_to_XYZ(xyy), chart.illuminant) for xyy in chart.data.values()]
     assert len(NAMES) == len(wanted)
@@ -65,7 +69,7 @@ def test_references_of_the_chart() -> None:
 
 
 @pytest.mark.parametrize(("space", "name"), list(zip(WORKING_SPACES, ("sRGB", "ITU-R BT.2020", "ACEScg"), strict=True)))
-def test_working_spaces(space: WorkingSpace, name: str, tmp_path: Path) -> None:
+def test_working_spaces(colour: Any, space: WorkingSpace, name: str, tmp_path: Path) -> None:
     """Their matrices, and images in OpenEXR that state their primaries."""
     source, target = colour.RGB_COLOURSPACES[name], colour.RGB_COLOURSPACES["sRGB"]
     wanted = colour.matrix_RGB_to_RGB(source, target, chromatic_adaptation_transform="Bradford")
