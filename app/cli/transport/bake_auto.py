@@ -67,7 +67,10 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     options: dict[str, Any] = {"modes": transport.names(), "ground": ground, "variations": variations, "camera": camera}
     found = plan_for(arguments, mesh, brdf, environment, lambda step: show(step), **options)
     fine = 4 if arguments.fine is None else arguments.fine
-    preparing = prepare(found, mesh, brdf, ground, variations=variations, fine=fine, kept=subject.kept)
+    if found.mode in transport.names():
+        transport.method_of(found.mode).check_parts(replace(subject, variations=tuple(variations)))
+    more: dict[str, Any] = {"variations": variations, "fine": fine, "kept": subject.kept, "parts": subject.parts}
+    preparing = prepare(found, mesh, brdf, ground, **more)
     ready = drain(part(preparing, 0.0, 0.05), show)
     planned = record(found)
     since = read_clock()
@@ -97,6 +100,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
             *mesh.health.warnings,
             *doubts_of_brdf(brdf),
             *doubts_of_light(environment),
+            *(["the plan is that of one material of the model; each part is baked with its own"] * bool(subject.parts)),
             *result["warnings"],
         ],
     }

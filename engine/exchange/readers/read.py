@@ -39,6 +39,9 @@ from engine.geometry.usd import is_usd
 from engine.scene.material import Material, material_of_maps
 from engine.storage.untrusted import read_head
 
+#: Endings of textures in the formats of graphics devices, and what to do with them.
+_PACKED, _UNPACKED = (".ktx2", ".ktx", ".dds"), "Convert it to PNG, with ktx extract for one"
+
 #: Bytes in which a file says what it is.
 _HEAD_BYTES = 4096
 
@@ -147,9 +150,19 @@ def _images(described: Described) -> int:
 
 
 def refuse_by_name(path: Path) -> None:
-    """InputError for what is named for RTI and is not, and for measurements of another kind."""
+    """InputError for what is named for RTI and is not, packed textures, and measurements of another kind.
+
+    A folder is refused that holds such textures.
+    """
+    if path.is_dir():
+        packed = sorted(each.name for each in path.iterdir() if each.suffix.lower() in _PACKED)
+        if packed:
+            raise InputError(path, f"holds textures that are not read ({packed[0][:40]!r})", _UNPACKED)
     if path.is_file():
-        refuse_others(path, read_head(path, _HEAD_BYTES)[0])
+        head = read_head(path, _HEAD_BYTES)[0]
+        refuse_others(path, head)
+        if path.suffix.lower() in _PACKED and head.startswith((b"\xabKTX ", b"DDS ")):
+            raise InputError(path, f"is a texture that is not read ({path.suffix[1:].upper()})", _UNPACKED)
     if path.is_file() and path.suffix.lower() in (".ptm", ".rti"):
         raise InputError(path, "is not a PTM or HSH file", "Give a file that begins with PTM_1.2 or #HSH1.2")
 

@@ -189,7 +189,11 @@ def compare(seed: int, folder: Path) -> tuple[Case, float, list[str]]:
 def check(seed: int, folder: Path) -> None:
     case, error, warnings = compare(seed, folder)
     words = " ".join(warnings)
-    others = {"clearcoat": "", "sheen": "sheen is drawn as", "transmission": "goes through the surface is lost"}
+    others = {
+        "clearcoat": "coat is drawn as",
+        "sheen": "sheen is drawn as",
+        "transmission": "goes through the surface is lost",
+    }
     (other,) = [name for name in others if f"KHR_materials_{name}" in case.material["extensions"]] or [""]
     if other == "transmission" and case.material["pbrMetallicRoughness"]["metallicFactor"] == 1.0:
         other = "" if "lost" not in words else other  # metals let nothing through

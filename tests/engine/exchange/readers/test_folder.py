@@ -229,3 +229,12 @@ def test_a_set_of_tiles_is_called_one(tmp_path: Path) -> None:
         png(tmp_path / f"{name}.png", grey(100))
     with pytest.raises(InputError, match="UDIM"):
         open_material(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["rock_basecolor.ktx2", "rock_basecolor.dds"])
+def test_textures_of_graphics_devices_are_named_with_the_remedy(name: str, tmp_path: Path) -> None:
+    """As one file, and in a folder; `engine.images.decode` says it of images that documents name."""
+    (tmp_path / name).write_bytes(b"\xabKTX 20\xbb\r\n\x1a\n" if name.endswith("ktx2") else b"DDS |")
+    for path in (tmp_path / name, tmp_path):
+        with pytest.raises(InputError, match=r"not read.*Convert it to PNG"):
+            open_material(path)

@@ -59,6 +59,13 @@ def model(tmp_path: Path) -> Path:
     return tmp_path / "parts.obj"
 
 
+def test_a_set_of_udim_tiles_is_named_with_the_remedy(model: Path) -> None:
+    library = model.with_suffix(".mtl")
+    library.write_text(MTL.replace("maps\\\\base.png", "maps/base.<UDIM>.png"))
+    with pytest.raises(InputError, match=r"UDIM tiles.*1001"):
+        open_material(model, parts=True)
+
+
 def part(material: Material, name: str) -> Material:
     return next(each for each in material.parts if each.name == name)
 
