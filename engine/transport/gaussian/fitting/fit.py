@@ -294,7 +294,7 @@ def _relax(
     changed, refitted = np.zeros(len(whole.norm), bool), np.zeros(len(whole.norm), bool)
     for _ in range(settings.relaxations):
         if settings.lobes > 1:
-            changed |= labels.renumber(whole.lobes, order, RENUMBERINGS)
+            changed |= labels.align(whole.lobes, order) | labels.renumber(whole.lobes, order, RENUMBERINGS)
         wanting = (labels.compute_flipped_share(whole.lobes, order) > OFTEN) | _dark_beside_lit(whole, order)
         if not wanting.any():
             break

@@ -15,6 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from engine.core.kernels import parallel, prange, scalar
 from engine.transport.gaussian.fitting.flood_fill import Flood
@@ -73,6 +75,29 @@ def _counts(own: Lobes, lobes: Lobes, vertices: Indices, order: Flood) -> NDArra
             *(order.start, order.neighbour, neighbours, orders, counts),
         )
     return counts
+
+
+def align(lobes: Lobes, order: Flood) -> Bools:
+    """Number lobes anew in place, all views of a vertex alike, so that fronts of the flood agree where they meet.
+
+    Along the spanning tree of the edges that are surest of their numbering (Σ over views of the second best distance
+    less the best) each vertex takes over from the one before. `renumber` alone cannot move such a border: every single
+    view has most of its neighbours on its own side. Returns which vertices (V,) have changed.
+    """
+    count, rows = len(lobes), np.repeat(np.arange(len(lobes)), np.diff(order.start))
+    orders = ORDERS[lobes.count - 1]
+    surety = np.zeros(len(rows))
+    compare_edges(lobes.mean, lobes.sigma, rows, order.neighbour, orders, surety)
+    largest = surety.max(initial=0.0) + 1.0
+    root = np.full(count, count), np.arange(count), np.full(count, 2.0 * largest)  # joins what no edge joins
+    beside = rows, order.neighbour, largest - surety
+    ends, others, lengths = (np.concatenate(pair) for pair in zip(beside, root, strict=True))
+    graph = sparse.coo_array((lengths, (ends, others)), (count + 1, count + 1)).tocsr()
+    tree = csgraph.minimum_spanning_tree(graph)
+    sequence, before = csgraph.breadth_first_order(tree, count, directed=False)
+    changed = np.zeros(count, np.bool_)
+    follow(lobes.weight, lobes.mean, lobes.sigma, sequence, before, orders, changed)
+    return changed
 
 
 def renumber(lobes: Lobes, order: Flood, sweeps: int) -> Bools:
@@ -161,6 +186,49 @@ def count_flips(
                     )
                     counts[row, 2] += max(found, 0)
                     counts[row, 3] += found >= 0
+
+
+@scalar
+def _sum_apart(way: Indices, mean: Floats, sigma: Floats, other_mean: Floats, other_sigma: Floats) -> float:
+    """Distance of all views of a vertex, lobes (92, L, …) taken in one order, from those of another."""
+    total = 0.0
+    for view in range(len(sigma)):
+        total += apart(way, mean[view], sigma[view], other_mean[view], other_sigma[view])
+    return total
+
+
+@parallel
+def compare_edges(
+    mean: Floats, sigma: Floats, rows: Indices, neighbour: Indices, orders: Indices, surety: Floats
+) -> None:
+    """Fill `surety` (E,) of the edges from `rows` to `neighbour`: the second lowest distance less the lowest."""
+    for edge in prange(len(rows)):
+        one, other = rows[edge], neighbour[edge]
+        lowest, second = np.inf, np.inf
+        for way in range(len(orders)):
+            unlike = _sum_apart(orders[way], mean[one], sigma[one], mean[other], sigma[other])
+            second = min(second, max(lowest, unlike))
+            lowest = min(lowest, unlike)
+        surety[edge] = second - lowest
+
+
+@scalar
+def follow(
+    weight: Floats, mean: Floats, sigma: Floats, sequence: Indices, before: Indices, orders: Indices, changed: Bools
+) -> None:
+    """Number each vertex of `sequence` as the one `before` it; those behind the root, the last number, stay."""
+    for vertex in sequence:
+        if vertex == len(sigma) or before[vertex] == len(sigma):
+            continue
+        best, lowest = 0, np.inf
+        for way in range(len(orders)):
+            unlike = _sum_apart(orders[way], mean[vertex], sigma[vertex], mean[before[vertex]], sigma[before[vertex]])
+            if unlike < lowest - BETTER:
+                best, lowest = way, unlike
+        if best > 0:
+            changed[vertex] = True
+            for view in range(sigma.shape[1]):
+                reorder(orders[best], mean[vertex, view], sigma[vertex, view], weight[vertex, view])
 
 
 @scalar
