@@ -68,6 +68,9 @@ MEASURES = {
     "visibility-cube": "benchmarks.transport.rays:visibility_cubes",
     "wavelet-bake": "benchmarks.transport.wavelet:wavelet_bake",
     "wavelet-bake-large": "benchmarks.transport.wavelet:wavelet_bake_large",
+    "bake-41k-sh": "benchmarks.transport.bake_speed:bake_41k_sh",
+    "bake-41k-wavelet": "benchmarks.transport.bake_speed:bake_41k_wavelet",
+    "bake-41k-gaussian": "benchmarks.transport.bake_speed:bake_41k_gaussian",
     "wavelet-relight": "benchmarks.transport.wavelet:wavelet_relight",
     "gl-frame": "benchmarks.transport.frame:gl_frame",
     "gl-frame-slices": "benchmarks.transport.frame:gl_frame_slices",
@@ -126,7 +129,7 @@ LARGE = (
     *(
         name
         for name in MEASURES
-        if name.endswith(("-large", "-24mp")) or name.startswith(("transport-paid-off", "gl-4k-"))
+        if name.endswith(("-large", "-24mp")) or name.startswith(("transport-paid-off", "gl-4k-", "bake-41k-"))
     ),
     "hostile-text",
     "surface",
