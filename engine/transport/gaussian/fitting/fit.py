@@ -10,6 +10,7 @@ arrangement of several lobes with that of neighbouring vertices (10) are small t
   widths that are harmonic over the graph of views, which is where (8) and (9) vanish.
 - After the flood fill the lobes of all vertices are numbered anew until no exchange brings neighbours nearer, and
   vertices that often disagree with neighbours are fitted again, with all of these in (10); kept is what is better.
+  Single views that still disagree are fitted last (`flip_repair`).
 
 With beta = gamma = delta = 0 every view is a least-squares fit by itself. With alpha = 0 nothing is fitted: the start
 from peak and moments is drawn together by the other terms. With one lobe (10) is empty, and neighbouring vertices give
@@ -40,6 +41,7 @@ from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import in_chunks
 from engine.transport.gaussian.fitting import lobe_matching as labels
 from engine.transport.gaussian.fitting import vertex_kernel as kernel
+from engine.transport.gaussian.fitting.flip_repair import repair_vertex
 from engine.transport.gaussian.fitting.flood_fill import Flood, flood
 from engine.transport.gaussian.fitting.lobes import Lobes
 from engine.transport.gaussian.fitting.views import VIEWS, view_directions, view_neighbours
@@ -55,8 +57,8 @@ BLOCK = 32
 #: Share of its pairs that are flipped from which on a vertex is fitted again.
 OFTEN = 0.05
 
-#: Most sweeps in which lobes are numbered anew.
-RENUMBERINGS = 20
+#: Most sweeps in which lobes are numbered anew, and in which single views are fitted again.
+RENUMBERINGS, REPAIRS = 20, 3
 
 
 @dataclass(frozen=True)
@@ -91,6 +93,11 @@ class FitSettings:
             raise UsageError("the weights of the energies must be from 0 to 1,000,000")
         if not (1 <= self.sweeps <= 1000 and 0 <= self.relaxations <= 100):
             raise UsageError(f"{self.sweeps} sweeps and {self.relaxations} relaxations are not possible")
+
+    @property
+    def strengths(self) -> NDArray[np.float64]:
+        """(4,) the weights alpha, beta, gamma, delta."""
+        return np.array([self.data, self.mean_alignment, self.sigma_alignment, self.spatial])
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,7 +267,6 @@ def fit_vertices(
     """Fit B vertices, each by itself, beside neighbours (…,) that are done: rows of `known`, of which few are used."""
     lobes, (neighbours, _) = settings.lobes, view_neighbours()
     found = Fit.empty(len(samples), lobes)
-    strengths = np.array([settings.data, settings.mean_alignment, settings.sigma_alignment, settings.spatial])
     steps, sweeps = (kernel.HURRIED, 0) if hurried else (kernel.STEPS, settings.sweeps)
 
     def work(rows: slice) -> None:
@@ -271,7 +277,7 @@ def fit_vertices(
             slope = kernel.fit_vertex(
                 samples.start[VIEWS * vertex : VIEWS * (vertex + 1) + 1],
                 *(samples.direction, samples.value, samples.area),
-                *(known.mean[near].astype(np.float64), known.sigma[near].astype(np.float64), strengths),
+                *(known.mean[near].astype(np.float64), known.sigma[near].astype(np.float64), settings.strengths),
                 sweeps,
                 steps,
                 neighbours,
@@ -308,6 +314,9 @@ def _relax(
             whole.put(vertices[better], found.of(np.flatnonzero(better)))
             refitted[vertices[better]] = True
             yield Step(0.97, f"fitting {len(vertices):,} vertices again")
+    if settings.lobes > 1 and settings.relaxations:
+        changed |= labels.renumber(whole.lobes, order, RENUMBERINGS)
+        changed |= yield from _repair(whole, order, samples_of, settings)
     changed |= refitted
     for index, vertices in enumerate(parts):
         if changed[vertices].any():
@@ -320,6 +329,32 @@ def _relax(
         "compared_views": seen.views_compared,
         "refitted_vertices": int(refitted.sum()),
     }
+
+
+def _repair(whole: Fit, order: Flood, samples_of: Sampling, settings: FitSettings) -> Steps[NDArray[np.bool_]]:
+    """Fit single views that still disagree anew, in place (`flip_repair`); which vertices (V,) have changed."""
+    changed, (neighbours, _) = np.zeros(len(whole.norm), bool), view_neighbours()
+    lobes, orders = whole.lobes, kernel.ORDERS[settings.lobes - 1]
+    for _ in range(REPAIRS):
+        flipped = np.flatnonzero(labels.compute_flipped_share(lobes, order) > 0.0)
+        before = changed.sum()
+        for start in range(0, len(flipped), BLOCK):
+            vertices = flipped[start : start + BLOCK]
+            samples = samples_of(vertices)
+            for number, vertex in enumerate(vertices):
+                views = samples.start[VIEWS * number : VIEWS * (number + 1) + 1]
+                lit, energy = whole.norm[vertex] > 0.0, whole.energy[vertex].astype(np.float64)
+                near = order.neighbours(int(vertex))
+                repaired = repair_vertex(
+                    int(vertex), views, samples.direction, samples.value, samples.area, lit, energy, near, neighbours,
+                    orders, settings.strengths, lobes.weight, lobes.mean, lobes.sigma, whole.error_rel,
+                    whole.preserving_error_rel,
+                )  # fmt: skip
+                changed[vertex] |= repaired > 0
+            yield Step(0.98, f"fitting single views of {len(flipped):,} vertices again")
+        if changed.sum() == before:
+            break
+    return changed
 
 
 def _dark_beside_lit(whole: Fit, order: Flood) -> NDArray[np.bool_]:

@@ -133,7 +133,7 @@ def _observe(weight: Floats, sigma: Floats, seen: Bools) -> int:
 
 
 @scalar
-def _flip(
+def compare(
     weight: Floats,
     mean: Floats,
     sigma: Floats,
@@ -142,7 +142,7 @@ def _flip(
     other_sigma: Floats,
     orders: Indices,
 ) -> int:
-    """Of two neighbours: 1 flipped, 0 not, −1 not compared."""
+    """Comparison of two neighbours: 1 flipped, 0 not, −1 not compared."""
     lobes = len(sigma)
     seen, other_seen = np.empty(lobes, np.bool_), np.empty(lobes, np.bool_)
     _observe(weight, sigma, seen)
@@ -175,13 +175,13 @@ def count_flips(
             w, m, s = own_weight[row, view], own_mean[row, view], own_sigma[row, view]
             for k in range(start[vertex], start[vertex + 1]):
                 other = neighbour[k]
-                found = _flip(w, m, s, weight[other, view], mean[other, view], sigma[other, view], orders)
+                found = compare(w, m, s, weight[other, view], mean[other, view], sigma[other, view], orders)
                 counts[row, 0] += max(found, 0)
                 counts[row, 1] += found >= 0
             for k in range(neighbours.shape[1]):
                 beside = neighbours[view, k]
                 if beside > view:
-                    found = _flip(
+                    found = compare(
                         w, m, s, own_weight[row, beside], own_mean[row, beside], own_sigma[row, beside], orders
                     )
                     counts[row, 2] += max(found, 0)

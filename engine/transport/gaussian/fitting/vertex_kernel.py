@@ -245,6 +245,21 @@ def leftover(gram: Floats, cross: Floats, square: float, weight: Floats, factor:
 
 
 @scalar
+def leave_over(
+    gram: Floats, cross: Floats, square: float, energy: Floats, sigma: Floats, weight: Floats, error: Floats
+) -> None:
+    """Fill `error` (2,) of one view: its relative distance with the weights given, and with them scaled to `energy`."""
+    factor = np.ones(3)
+    error[0] = leftover(gram, cross, square, weight, factor)
+    for c in range(3):
+        obtained = 0.0
+        for lobe in range(len(sigma)):
+            obtained += weight[lobe, c] * integral(sigma[lobe])
+        factor[c] = energy[c] / obtained if obtained > 0.0 else 1.0
+    error[1] = leftover(gram, cross, square, weight, factor)
+
+
+@scalar
 def fit_vertex(
     start: Indices,
     direction: Floats,
@@ -357,20 +372,13 @@ def _finish(
     gradient, hessian = np.empty(3 * lobes), np.zeros((3 * lobes, 3 * lobes))
     pull = np.zeros((lobes + 1, 4))
     arrangements = np.zeros((len(near_mean), lobes * (lobes - 1) // 2, 3))
-    factor, ones = np.empty(3), np.ones(3)
     steepest = 0.0
     for view in range(views):
         if not lit[view]:
             continue
         rows = slice(start[view], start[view + 1])
         moments(direction[rows], value[rows], area[rows], mean[view], sigma[view], axes, functions, gram, cross)
-        for c in range(3):
-            obtained = 0.0
-            for lobe in range(lobes):
-                obtained += weight[view, lobe, c] * integral(sigma[view, lobe])
-            factor[c] = energy[view, c] / obtained if obtained > 0.0 else 1.0
-        error[view, 0] = leftover(gram, cross, square[view], weight[view], ones)
-        error[view, 1] = leftover(gram, cross, square[view], weight[view], factor)
+        leave_over(gram, cross, square[view], energy[view], sigma[view], weight[view], error[view])
         set_pull(view, lit, mean, sigma, neighbours, strengths[1], strengths[2], strengths[3], pull)
         arrange(near_mean, view, arrangements)
         data_gradient(gram, cross, lobes, weight[view], scale[view], gradient)
