@@ -1,17 +1,17 @@
-"""Blender: a script that makes two materials, the textures that they use, and the `.blend` where Blender is at hand.
+"""Blender: a script that makes two materials, the textures that they use, and a file that Blender opens as it is.
 
 The first material is a Principled BSDF of the PBR maps, for Cycles and EEVEE. The second looks the power law up behind
 *Shader to RGB*: EEVEE's light on a white diffuse surface, times sigma, is r, and the image shows S(r) = scale
 (r / r_max)^exponent. That is the look-up outside the integral (`outgoing` in `engine.scene.scene`), with the sigma by
 which a Lambertian surface shows the photographs; Cycles gathers no light before it shades, so it shows none of this.
 
-The script is text and runs in Blender; where Blender's module (`bpy`) is installed beside this program it is run in a
-process of its own, which takes seconds.
+The file is the `.blend` with both materials where Blender's module (`bpy`) is installed beside this program: the script
+is run in a process of its own, which takes seconds. Elsewhere it is a `.glb` with the first material, and the script,
+which is text, makes the `.blend` in Blender, from its text editor or from the command line.
 """
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import subprocess
 import sys
@@ -25,11 +25,13 @@ from numpy.typing import NDArray
 
 from engine.brdf.models.diffuse import Lambert
 from engine.core.colour import luminance
-from engine.core.steps import Step, Steps
+from engine.core.steps import Step, Steps, part
+from engine.exchange import gltf
 from engine.exchange.coding import encode
 from engine.exchange.layers import none_warnings
 from engine.exchange.loss import Shown, View, find_lit_points
 from engine.exchange.subject import Contents, Settings, Subject
+from engine.exchange.targets import has_blender
 from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, pack
 from engine.images.encode import encode_exr, rgb_channels
 from engine.light.environment import DistantLights
@@ -70,8 +72,8 @@ def power_law_shown(subject: Subject, _settings: Settings) -> Shown | None:
     return subject.remember("behind Shader to RGB", lambda: show)
 
 
-def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:
-    """`NAME.py`, the folder `textures`, and `NAME.blend` where `bpy` is installed."""
+def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]:
+    """`NAME.py`, the folder `textures`, and `NAME.blend` where `bpy` is installed, else `NAME.glb`."""
     files: dict[str, bytes] = {}
     law = subject.material.power_law
     for number, (file, source) in enumerate(_MAPS):
@@ -88,14 +90,19 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
         warnings.append("the material has no power law, so there is no material behind Shader to RGB")
     elif law.kept is not None:
         warnings.append("tiles that keep their slices are shown by the power law")
-    yield Step(0.5, "making the .blend")
-    made = make_with_blender(subject.name, files) if has_blender() else None
+    made = None
+    if has_blender():
+        yield Step(0.5, "making the .blend")
+        made = make_with_blender(subject.name, files)
     if made is not None:
         files[f"{subject.name}.blend"] = made
     else:
+        preview = yield from part(gltf.contents(subject, settings, loss), 0.5, 1.0)
+        files |= preview.files
         warnings.append(
-            f"the .blend is made by Blender: blender --background --python {subject.name}.py, or with pip install "
-            "bpy==5.0.1 (Python 3.11)"
+            f"Blender imports {subject.name}.glb, or opens it where the desktop opens such files with Blender; the "
+            f".blend is made by {subject.name}.py, opened and run in Blender's workspace Scripting, or by blender "
+            f"--background --python {subject.name}.py"
         )
     return Contents(files, 8.0, tuple(warnings), {"sigma": lambertian_sigma(subject.material), "repeats": REPEATS})
 
@@ -124,11 +131,6 @@ def lambertian_sigma(material: Material) -> float | None:
         return None
     elevation = [radians(each) for each in material.elevation_deg]
     return auto_sigma(Lambert((1.0, 1.0, 1.0)), elevation, material.power_law.r_max)
-
-
-def has_blender() -> bool:
-    """True if Blender's module is installed beside this program."""
-    return importlib.util.find_spec("bpy") is not None
 
 
 def make_with_blender(name: str, files: dict[str, bytes], python: str = sys.executable) -> bytes | None:

@@ -115,7 +115,7 @@ TARGETS: tuple[Target, ...] = (
     ),
     Target(
         "blender",
-        "Blender: a script and, where Blender is at hand, a .blend",
+        "Blender: a .blend where Blender's module is installed, else a .glb and a script",
         blender.show,
         blender.contents,
         (("power_law", blender.power_law_shown),),

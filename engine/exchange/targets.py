@@ -6,6 +6,7 @@ Loading this module loads none of the formats. A format of the package is a modu
 
 from __future__ import annotations
 
+import importlib.util
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -44,6 +45,21 @@ class Exporter:
     contents: Callable[[Any, Any, str], Any] | None = None
 
 
+def has_blender() -> bool:
+    """Return whether Blender's module is installed beside this program."""
+    return importlib.util.find_spec("bpy") is not None
+
+
+#: What the target of Blender writes: the `.blend`, or what Blender makes it of.
+_FOR_BLENDER = (
+    ("Blender (.blend)", "Two materials, PBR and the power law, in an asset library that Blender opens")
+    if has_blender()
+    else (
+        "Blender (.glb and script)",
+        "A .glb that Blender opens, and a script with which Blender makes the .blend; Blender's module is not here",
+    )
+)
+
 #: All exporters by name, in the order in which they are listed.
 EXPORTERS: dict[str, Exporter] = {
     each.name: each
@@ -52,11 +68,7 @@ EXPORTERS: dict[str, Exporter] = {
         Exporter("materialx", "MaterialX", "OpenPBR and glTF PBR surfaces as .mtlx"),
         Exporter("gltf", "glTF", "A preview sphere with the material as .glb, for the web and engines"),
         Exporter("usd", "USD", "A preview sphere with UsdPreviewSurface as .usdz, for pipelines and Quick Look"),
-        Exporter(
-            "blender",
-            "Blender",
-            "A script that makes two materials, PBR and the power law, and the .blend by Blender's module",
-        ),
+        Exporter("blender", *_FOR_BLENDER),
         Exporter("shaders", "Shaders", "GLSL, HLSL and OSL that evaluate the material itself", of_a_lookup=True),
         Exporter(
             "web", "Web page", "A page with a light to drag, for any browser and for strict sites", of_a_lookup=True

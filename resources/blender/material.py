@@ -1,9 +1,13 @@
 """Makes two materials of Blender from the textures beside this file, and saves them as an asset library.
 
+In Blender: workspace Scripting, Text > Open, this file, Text > Run Script. The materials are then in the open scene,
+and {{NAME}}.blend beside this file holds them for other scenes (File > Append, or the folder as an asset library in
+the preferences). Without a window:
+
     blender --background --python {{NAME}}.py
 
 or `python {{NAME}}.py` with Blender's own module: `pip install bpy==5.0.1` (Python 3.11). It writes {{NAME}}.blend, or
-the file that is named after `--`.
+the file that is named after `--`, with a ball in the scene.
 
 PBR is a Principled BSDF for Cycles and EEVEE. The power law looks the material up outside the integral, by what Shader
 to RGB has gathered, so it is for EEVEE alone: r = sigma * luminance(light), S = scale * (r / r_max) ** exponent.
@@ -18,8 +22,20 @@ from pathlib import Path
 import bpy
 
 MATERIAL = json.loads(r"""{{MATERIAL}}""")
-HERE = Path(__file__).resolve().parent
+FILE = "{{NAME}}.py"
 LUMINANCE = (0.21263900587151036, 0.71516867876775593, 0.072192315360733714)
+
+
+def find_folder():
+    """The folder of this file; Blender's text editor gives it no place of its own, but knows which file it opened."""
+    opened = [Path(bpy.path.abspath(text.filepath)) for text in bpy.data.texts if text.filepath]
+    for file in [Path(__file__).resolve(), *opened]:
+        if file.name == FILE and (file.parent / "textures").is_dir():
+            return file.parent
+    raise FileNotFoundError(f"The folder textures does not lie beside {FILE}: copy both together")
+
+
+HERE = find_folder()
 
 
 def new_material(name):
@@ -116,12 +132,18 @@ def power_law():
     return made
 
 
-def make(path):
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+def make_materials():
     made = [pbr()] + ([power_law()] if MATERIAL["r_max"] else [])
     for each in made:
         each.asset_mark()
         each.asset_data.description = MATERIAL["loss"]
+    return made
+
+
+def make(path):
+    """Save a scene with a ball and the materials."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    made = make_materials()
     bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32)
     bpy.context.object.data.materials.append(made[0])
     bpy.ops.object.shade_smooth()
@@ -129,6 +151,20 @@ def make(path):
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True)
 
 
+def add(path):
+    """Add the materials to the open scene, which stays as it is, and save them alone."""
+    made = make_materials()
+    for each in made:
+        for node in each.node_tree.nodes:
+            if node.type == "TEX_IMAGE":
+                node.image.pack()
+    bpy.data.libraries.write(str(path), set(made), fake_user=True, compress=True)
+
+
 if __name__ == "__main__":
     given = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
-    make(Path(given[0]).resolve() if given else HERE / "{{NAME}}.blend")
+    target = Path(given[0]).resolve() if given else HERE / "{{NAME}}.blend"
+    if bpy.app.background:
+        make(target)
+    else:
+        add(target)

@@ -9466,8 +9466,20 @@ MIT-Lizenz.</translation>
    <translation>Eine Vorschaukugel mit UsdPreviewSurface als .usdz, für Pipelines und Quick Look</translation>
   </message>
   <message>
-   <source>A script that makes two materials, PBR and the power law, and the .blend by Blender's module</source>
-   <translation>Ein Skript, das zwei Materialien anlegt, PBR und das Potenzgesetz, und das .blend mit Blenders Modul</translation>
+   <source>Two materials, PBR and the power law, in an asset library that Blender opens</source>
+   <translation>Zwei Materialien, PBR und das Potenzgesetz, in einer Asset-Bibliothek, die Blender öffnet</translation>
+  </message>
+  <message>
+   <source>A .glb that Blender opens, and a script with which Blender makes the .blend; Blender's module is not here</source>
+   <translation>Ein .glb, das Blender öffnet, und ein Skript, mit dem Blender das .blend anlegt; Blenders Modul fehlt hier</translation>
+  </message>
+  <message>
+   <source>Blender (.blend)</source>
+   <translation>Blender (.blend)</translation>
+  </message>
+  <message>
+   <source>Blender (.glb and script)</source>
+   <translation>Blender (.glb und Skript)</translation>
   </message>
   <message>
    <source>Shaders</source>

@@ -74,13 +74,23 @@ def test_script_is_python_and_says_what_it_holds(monkeypatch: pytest.MonkeyPatch
     made = drain(blender.contents(subject(), Settings(), 'An error of 12 %, in """quotes""".'))
     assert set(made.files) == {
         *(f"textures/{name}.png" for name in ("base_color", "normal", "roughness", "metallic")),
-        *("textures/scale.exr", "textures/exponent.exr", "woven.py"),
+        *("textures/scale.exr", "textures/exponent.exr", "woven.py", "woven.glb"),
     }
     text = made.files["woven.py"].decode()
     ast.parse(text)
     assert "An error of 12 %" in text
     assert "{{" not in text
-    assert any("the .blend is made by Blender" in words for words in made.warnings)
+    assert any("Blender imports woven.glb" in words for words in made.warnings)
+    assert made.files["woven.glb"][:4] == b"glTF"
+
+
+def test_with_the_module_of_blender_the_blend_takes_the_place_of_the_glb(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(blender, "has_blender", lambda: True)
+    monkeypatch.setattr(blender, "make_with_blender", lambda name, files: f"{name} of {len(files)} files".encode())
+    made = drain(blender.contents(subject(), Settings(), ""))
+    assert made.files["woven.blend"] == b"woven of 7 files"
+    assert "woven.glb" not in made.files
+    assert not any("Blender imports" in words for words in made.warnings)
 
 
 def test_sigma_shows_the_brightest_photograph_where_a_white_surface_is_brightest() -> None:
