@@ -1,8 +1,8 @@
-"""Make the images of the README and the manual anew, from the real window and from the commands of the tutorials.
+"""Make the images of the README and the manual anew, from the real window and from the commands of the manual.
 
-    python packaging/manual_images.py [window] [tutorials]
+    python packaging/manual_images.py [window] [tutorials] [mistakes]
 
-Without a choice it makes both. The window needs a display with OpenGL (`Xvfb -screen 0 1920x1080x24` does). Images lie
+Without a choice it makes all. The window needs a display with OpenGL (`Xvfb -screen 0 1920x1080x24` does). Images lie
 in `docs/manual/images` as WebP of at most `MAX_BYTES`: the width of the page is what they are shown at.
 """
 
@@ -14,7 +14,10 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+import numpy as np
+import tifffile
 from manual_commands import run_commands, run_step, tutorials
+from numpy.typing import NDArray
 from PIL import Image
 from PySide6.QtWidgets import QApplication
 from screens import PATIENCE_S, rest, wait_until, with_work
@@ -24,6 +27,7 @@ from app.widgets import theme
 from app.window.main_window import MainWindow
 from benchmarks.app.filled import states
 from engine.capture.lights.sources import find
+from engine.core.colour import srgb_decode, srgb_encode
 
 IMAGES = Path(__file__).resolve().parents[1] / "docs" / "manual" / "images"
 MAX_BYTES = 150_000
@@ -43,6 +47,21 @@ STATES = {
     "export-elsewhere": "window-export",
 }
 
+#: Stands for light of a room, which is added to photographs: lamps on eight sides at half the brightness of the lamp.
+ROOM = "room"
+
+#: Photographs of a capture as they should be and with a mistake: the name of the image, the sample, the options of the
+#: mistake, and the photographs that are shown, by their elevation; several are shown as their mean.
+MISTAKES = {
+    "mistake-bright": ("hammered", "--exposures 3", (55,)),
+    "mistake-moved": ("medal", "--misalignment-px 12 --turn-deg 4", (40, 55, 70, 90)),
+    "mistake-near": ("leather", "--lamp-distance 0.8", (40,)),
+    "mistake-room": ("medal", ROOM, (10,)),
+}
+
+#: Pixels of a photograph of a mistake, and between two.
+MISTAKE_PX, GAP_PX = 320, 16
+
 #: Files that the commands of a tutorial leave, and the images that are made of them.
 MADE = {
     "first-material": {"woven.png": "woven"},
@@ -55,12 +74,15 @@ MADE = {
 
 
 def main() -> int:
-    chosen = sys.argv[1:] or ["window", "tutorials"]
+    chosen = sys.argv[1:] or ["window", "tutorials", "mistakes"]
     IMAGES.mkdir(exist_ok=True)
     if "window" in chosen:
         photograph_window()
     if "tutorials" in chosen:
         keep_results()
+    if "mistakes" in chosen:
+        for name, mistake in MISTAKES.items():
+            show_mistake(name, *mistake)
     return 0
 
 
@@ -116,6 +138,32 @@ def keep_results() -> None:
                 run_commands(page, Path(folder))
                 for source, name in MADE[page.stem].items():
                     compress(Path(folder) / source, IMAGES / f"{name}.webp", IMAGE_PX)
+
+
+def show_mistake(name: str, sample: str, options: str, elevations_deg: tuple[int, ...]) -> None:
+    """Photograph a sample as it should be and with a mistake, and lay both side by side."""
+    sheet = Image.new("RGB", (2 * MISTAKE_PX + GAP_PX, MISTAKE_PX), "white")
+    angles = ",".join(map(str, elevations_deg))
+    with tempfile.TemporaryDirectory() as folder:
+        for place, wrong in enumerate(("", options)):
+            capture = Path(folder, str(place))
+            command = f"lightarc simulate -o {capture} --sample {sample} --elevations-deg {angles} --size {MISTAKE_PX}"
+            run_step(f"{command} {'--misalignment-px 0' if wrong in ('', ROOM) else wrong}", Path())
+            light = linear_mean(capture)
+            if wrong == ROOM:
+                sides = f"--elevations-deg 45 --azimuths 8 --misalignment-px 0 --size {MISTAKE_PX}"
+                run_step(f"lightarc simulate -o {folder}/room --sample {sample} {sides}", Path())
+                light += 0.5 * linear_mean(Path(folder, "room"))
+            photograph = Image.fromarray(np.rint(255.0 * srgb_encode(light.clip(0.0, 1.0))).astype(np.uint8))
+            sheet.paste(photograph, (place * (MISTAKE_PX + GAP_PX), 0))
+        sheet.save(Path(folder, "sheet.png"))
+        compress(Path(folder, "sheet.png"), IMAGES / f"{name}.webp", IMAGE_PX)
+
+
+def linear_mean(capture: Path) -> NDArray[np.float64]:
+    """The mean of all photographs of a folder in linear light, white being 1."""
+    codes = [tifffile.imread(path)[..., :3] for path in sorted(capture.glob("*.tif"))]
+    return np.mean([srgb_decode(image / np.iinfo(image.dtype).max) for image in codes], axis=0)
 
 
 def compress(source: Path, target: Path, most_px: int) -> None:
