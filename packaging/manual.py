@@ -1,13 +1,16 @@
 """Build the manual as pages for a browser.
 
     python3 packaging/dev.py manual
-    .venv/bin/python packaging/manual.py FOLDER
+    .venv/bin/python packaging/manual.py FOLDER [--without-examples]
 
 The sources are `docs/manual`, the pages of the panels in `resources/manual`, which the window shows as well,
 `docs/format.md` and `docs/campaigns.md`. The pages of the verbs, of the settings, of the functions of `lightarc` and of
 where the papers are implemented are written from the declarations. All lie together in FOLDER/source while Sphinx reads
 them; the result is FOLDER/html. A warning of Sphinx, a link that leads nowhere among them, ends the build. Nothing is
 fetched from elsewhere. Without FOLDER it is `build/manual`, from which a wheel takes the pages.
+
+Examples are the scripts of the gallery (sphinx-gallery) and the notebooks (MyST-NB), which are run while the manual is
+built, some two minutes; their images are those of this run.
 """
 
 from __future__ import annotations
@@ -39,6 +42,9 @@ from engine.transport.method import METHODS
 PROJECT = Path(__file__).resolve().parents[1]
 DEFAULT_FOLDER = PROJECT / "build" / "manual"
 
+#: Folders of what is run while the manual is built; Sphinx makes the folder `gallery` of the scripts.
+EXAMPLES = ("scripts", "notebooks")
+
 #: The papers by their keys in the bibliography.
 PAPERS = ("Kautz2004", "Kautz2002", "Wang2004", "Green2006", "Cole2002")
 
@@ -47,13 +53,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Build the manual as pages for a browser.")
     parser.add_argument("folder", nargs="?", type=Path, default=DEFAULT_FOLDER)
     parser.add_argument("--theme", default="furo", help="theme of Sphinx; basic is made in half the time")
-    words = parser.parse_args()
-    return build(words.folder, words.theme)
+    parser.add_argument("--without-examples", action="store_true", help="leave out the gallery and the notebooks")
+    options = parser.parse_args()
+    return build(options.folder, options.theme, examples=not options.without_examples)
 
 
-def build(folder: Path, theme: str = "furo") -> int:
+def build(folder: Path, theme: str, examples: bool) -> int:
     """Gather the sources in `folder`/source and make `folder`/html of them; the exit code of Sphinx."""
-    gather(folder / "source")
+    gather(folder / "source", examples)
     html = folder / "html"
     options = ["-W", "--keep-going", "-q", "-b", "html", "-d", str(folder / "doctrees"), "-D", f"html_theme={theme}"]
     code = subprocess.run([sys.executable, "-m", "sphinx", *options, str(folder / "source"), str(html)]).returncode
@@ -63,12 +70,17 @@ def build(folder: Path, theme: str = "furo") -> int:
     return code
 
 
-def gather(source: Path) -> None:
+def gather(source: Path, examples: bool) -> None:
     """Write all sources of the manual into the folder `source`, and remove what is no source any more."""
     texts = {**read_pages(), **generated_pages()}
+    if not examples:
+        texts = {place: text for place, text in texts.items() if place.parts[0] not in EXAMPLES}
+        index = Path("index.md")
+        texts[index] = re.sub(r"```\{toctree\}[^`]*\ngallery/index\n[^`]*```\n", "", texts[index])
     images = {path.relative_to(PROJECT / "docs" / "manual"): path for path in binary_files()}
     for path in [*source.rglob("*")] if source.exists() else []:
-        if path.is_file() and path.relative_to(source) not in {*texts, *images}:
+        place = path.relative_to(source)
+        if path.is_file() and place not in {*texts, *images} and not (examples and place.parts[0] == "gallery"):
             path.unlink()
     for place, text in texts.items():
         path = source / place
@@ -90,7 +102,7 @@ def read_pages() -> dict[Path, str]:
     pages = {
         path.relative_to(docs / "manual"): path.read_text(encoding="utf-8")
         for path in (docs / "manual").rglob("*")
-        if path.suffix in {".md", ".py", ".css", ".html"} and "__pycache__" not in path.parts
+        if path.suffix in {".md", ".rst", ".py", ".css", ".html"} and "__pycache__" not in path.parts
     }
     for name in ("format.md", "manifest.schema.json"):
         pages[Path("reference", name)] = (docs / name).read_text(encoding="utf-8")

@@ -20,7 +20,7 @@ MAX_BYTES = 25_000_000
 @pytest.mark.parametrize("theme", ["basic", pytest.param("furo", marks=pytest.mark.long)])
 def test_the_manual_is_built_without_warnings_and_has_the_anchors_that_f1_opens(tmp_path: Path, theme: str) -> None:
     """The theme of the manual writes the tree of all pages into each, which takes half of the time."""
-    build = [sys.executable, PROJECT / "packaging" / "manual.py", tmp_path, "--theme", theme]
+    build = [sys.executable, PROJECT / "packaging" / "manual.py", tmp_path, "--theme", theme, "--without-examples"]
     done = subprocess.run([*map(str, build)], cwd=PROJECT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-4000:]
     html = tmp_path / "html"
@@ -29,3 +29,12 @@ def test_the_manual_is_built_without_warnings_and_has_the_anchors_that_f1_opens(
         shown = (html / "reference" / "workspaces" / f"{page.stem}.html").read_text(encoding="utf-8")
         anchors = [anchor_of(page.stem, heading) for heading in ("", *headings(page.stem))]
         assert [anchor for anchor in anchors if f'id="{anchor}"' not in shown] == []
+
+
+@pytest.mark.long
+def test_the_manual_is_built_with_its_examples(tmp_path: Path) -> None:
+    pytest.importorskip("sphinx_gallery")
+    build = [sys.executable, PROJECT / "packaging" / "manual.py", tmp_path]
+    done = subprocess.run([*map(str, build)], cwd=PROJECT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-4000:]
+    assert len([*(tmp_path / "html" / "gallery").glob("plot_*.html")]) == 12

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import engine
 
+#: Whether the scripts and notebooks are among the sources, which are run.
+EXAMPLES = (Path(__file__).parent / "scripts").is_dir()
+
 project = "Lightarc"
 version = release = engine.__version__
 extensions = [
-    "myst_parser",
+    *(["myst_nb", "sphinx_gallery.gen_gallery"] if EXAMPLES else ["myst_parser"]),
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx_copybutton",
@@ -34,6 +38,21 @@ napoleon_google_docstring = False
 napoleon_use_rtype = False
 smartquotes = False  # two dashes are the beginning of an option
 pygments_style = "tango"
+exclude_patterns = ["scripts", "gallery/*.ipynb", "gallery/*.py"]
+nb_execution_mode = "auto"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+sphinx_gallery_conf = {
+    "examples_dirs": "scripts",
+    "gallery_dirs": "gallery",
+    "within_subsection_order": "FileNameSortKey",
+    "abort_on_example_error": True,
+    "download_all_examples": False,
+    "show_memory": False,
+    "show_signature": False,
+    "write_computation_times": False,
+    "min_reported_time": 3600,
+}
 
 
 def show_bars(_app: Any, _kind: str, _name: str, _found: object, _options: object, lines: list[str]) -> None:
