@@ -1,16 +1,22 @@
 """Build the installers of Lightarc for Linux: a Debian package and an archive, with everything inside.
 
-    .venv/bin/python packaging/installer.py -o build/installer [--no-kernels]
+    .venv/bin/python packaging/installer.py -o build/installer [--no-kernels] [--level 3]
 
 Both hold one folder that runs from any place: the Python that runs this script, without what Lightarc does not use,
 with the shared libraries that it takes from the system besides glibc; the packages of `packaging/requirements.lock` as
-they are installed here (not stripped, which breaks libraries that a wheel has moved); Lightarc as its wheel has it; and
-kernels that are compiled already. PyInstaller was weighed: it hides modules in an archive, where the confined decoder
-process, which is a Python of its own, does not find them. patchelf, zstd and dpkg-deb are needed.
+they are installed here, less tests, sources, codecs and parts of Qt that nothing imports; Lightarc as its wheel has it;
+and kernels that are compiled already. PyInstaller was weighed: it hides modules in an archive, where the confined
+decoder process, which is a Python of its own, does not find them. patchelf, binutils, gcc, zstd and dpkg-deb are
+needed. The manual goes along where `packaging/dev.py manual` has built it.
+
+Symbols that only debuggers read are stripped, except where a library, moved by its wheel, no longer loads without them.
+Of the data of ICU, with which Qt sorts names, what this window's languages need is kept. OpenCV brings an OpenBLAS of
+its own for nineteen functions; here these lead to that of SciPy.
 
 Kernels are compiled for x86-64-v3 (AVX2 and FMA, from 2013 on), by a run of the program with `NUMBA_CACHE_DIR`, where
-they are named by content (`engine.core.kernel_cache`) and so stay good at another place. The start script lays them
-into the user's cache once for each version; on an older CPU, kernels are compiled when they are first used.
+they are named by content (`engine.core.kernel_cache`) and so stay good at another place. The start script links them
+into the user's cache, where kernels of other types are added; on an older CPU, all are compiled when first used.
+Kernels of an earlier build in the same folder are taken again; a release is built in an empty one.
 
 glibc is that of the build machine or newer: build on the oldest system that shall be served.
 """
@@ -18,11 +24,14 @@ glibc is that of the build machine or newer: build on the oldest system that sha
 from __future__ import annotations
 
 import argparse
+import ast
 import compileall
+import hashlib
 import os
 import py_compile
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import time
@@ -30,6 +39,7 @@ import zipfile
 from collections.abc import Iterator, Sequence
 from fnmatch import fnmatch
 from pathlib import Path
+from typing import Any
 
 PROJECT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(PROJECT), str(PROJECT / "packaging")]
@@ -45,30 +55,58 @@ UNUSED_LIBRARY = (
     "config-*",
 )
 
-#: Files in packages that the program does not use: sources of other languages, tests, tools, and parts of Qt.
+#: Codecs of images and of this program's own files; imagecodecs loads each when it is first used.
+CODECS = (
+    "shared|shared_cython|imcd|bitshuffle|ccitt|cms|deflate|jpeg2k|jpeg8|jpegls|jpegxl|jpegxr|lerc|ljpeg|lzma|pixarlog"
+    "|png|rgbe|webp|zlib|zlibng|zstd"
+)
+
+#: Files in packages that the program does not use: sources of other languages, tests, tools, codecs of other data, what
+#: matplotlib needs for PDF, and parts of Qt and SciPy.
 UNUSED_FILES = re.compile(
-    r"\.pyi$|\.h$|\.hpp$|\.pxd$|\.a$|/__pycache__/|\.dist-info/(RECORD|INSTALLER|REQUESTED|direct_url\.json)$"
+    r"\.(pyi|h|hpp|pxd|pyx|pxi|c|cc|cpp|f90|f|a|o|lib)$|/__pycache__/"
+    r"|\.dist-info/(RECORD|INSTALLER|REQUESTED|direct_url\.json)$"
     r"|^(numpy|scipy|numba|matplotlib|pyqtgraph|trimesh|imagecodecs|fontTools|PIL|mpl_toolkits|contourpy)/(.{0,200}/)?"
     r"(tests?|testing/tests|examples)/"
-    r"|^matplotlib/mpl-data/(sample_data|plot_directive)/"
+    r"|^matplotlib/mpl-data/(sample_data|plot_directive|fonts/(afm|pdfcorefonts|ttf/STIX))"
+    r"|^fontTools/(cffLib|colorLib|cu2qu|designspaceLib|feaLib|merge|mtiLib|otlLib|pens|qu2cu|subset|svgLib|t1Lib|ttLib"
+    r"|ufoLib|varLib|voltLib)/|^fontTools/misc/.{1,40}\.so$"
+    rf"|^imagecodecs/_(?!({CODECS})\.)\w{{1,40}}\.(abi3|cpython-[\w-]{{1,40}})\.so$"
+    r"|^scipy/(datasets|differentiate|fftpack|io|misc|odr|signal)/"
+    r"|^PIL/_(avif|imagingtk|imagingft)\.|^numpy/(_core/lib|random/lib|_core/_simd\.|_core/_\w{0,40}_tests\.)"
+    r"|^numba/np/ufunc/tbbpool"
     r"|^PySide6/(Qt/(qml|metatypes|libexec|translations/(?!qtbase_(de|en)))|typesystems|glue|include|scripts|doc)"
     r"|^PySide6/(assistant|designer|linguist|lrelease|lupdate|qml|svgtoqml|balsam|rcc|uic|qsb)"
-    r"|^PySide6/Qt(Quick|Qml|Designer|Help|UiTools|Sql|Test|Network|Xml)\w{0,40}\.abi3\.so$"
-    r"|^PySide6/Qt/lib/libQt6(Quick|Qml|Designer|Help|UiTools|Sql|Test|Labs|Wayland(Egl|Eglfs)?Compositor)"
-    r"|^PySide6/Qt/plugins/(qmltooling|qmllint|designer|sqldrivers|networkinformation|tls|help|renderers|sceneparsers)/"
+    r"|^PySide6/Qt(Quick|Qml|Designer|Help|UiTools|Sql|Test|Network|Xml|Concurrent)\w{0,40}\.abi3\.so$"
+    r"|^PySide6/Qt/plugins/(qmltooling|qmllint|designer|sqldrivers|networkinformation|tls|help|renderers|sceneparsers"
+    r"|vectorimageformats|egldeviceintegrations|generic|wayland-graphics-integration-server)/"
+    r"|^PySide6/Qt/plugins/platforms/libq(eglfs|linuxfb|minimalegl|vkkhrdisplay|vnc)"
+    r"|^PySide6/Qt/plugins/(platforminputcontexts/libqtvirtualkeyboard|imageformats/libqpdf)"
     r"|^setuptools|^pkg_resources|^_distutils_hack|^distutils-precedence"
+)
+
+#: Packages of extras, and of proofs and tests, which the program does without.
+OPTIONAL = {"DracoPy", "MaterialX", "_typeshed", "bpy", "dask", "distributed", "hypothesis", "mitsuba", "pxr"}
+
+#: Folders of shared libraries that only other libraries of the packages load.
+LIBRARY_FOLDERS = ("*.libs", "PySide6/Qt/lib", "PySide6")
+
+#: Of ICU's data: the order of names in the languages of the window.
+ICU_DATA = re.compile(
+    r"^(coll/(root|de|en|res_index|ucadata)|root|de|en|pool|res_index|cnvalias|nfkc?)\.(res|icu|nrm)$"
 )
 
 #: Libraries that every Linux system with a desktop has, or that must be its own: they are the package's dependencies.
 SYSTEM_LIBRARIES = re.compile(
     r"^(linux-vdso|ld-linux|libc\.|libm\.|libdl\.|libpthread\.|librt\.|libutil\.|libresolv\.|libGL|libEGL|libX|libxcb"
-    r"|libxkb|libwayland|libdbus|libfontconfig|libfreetype|libglib|libgthread|libdrm|libgbm)"
+    r"|libxkb|libwayland|libdbus|libfontconfig|libfreetype|libglib|libgthread|libdrm|libgbm|libstdc\+\+|libgcc_s|libz\.)"
 )
 
 #: Debian's packages of the libraries above, and of glibc.
 DEPENDS = (
-    "libegl1, libgl1, libgl1-mesa-dri, libglib2.0-0, libdbus-1-3, libfontconfig1, libxkbcommon-x11-0, libxcb-cursor0, "
-    "libxcb-icccm4, libxcb-image0, libxcb-keysyms1, libxcb-render-util0, libxcb-shape0, libxcb-xinerama0, "
+    "libstdc++6, zlib1g, libegl1, libgl1, libgl1-mesa-dri, libglib2.0-0, libdbus-1-3, libfontconfig1, "
+    "libxkbcommon-x11-0, libx11-xcb1, libxcb-cursor0, libxcb-icccm4, libxcb-image0, libxcb-keysyms1, libxcb-randr0, "
+    "libxcb-render-util0, libxcb-shape0, libxcb-shm0, libxcb-sync1, libxcb-xfixes0, libxcb-xinerama0, libxcb-xkb1, "
     "fonts-dejavu-core | fonts-freefont-ttf"
 )
 
@@ -77,19 +115,22 @@ CPU = "x86-64-v3"
 FEATURES = "+sse4.2,+popcnt,+avx,+avx2,+bmi,+bmi2,+f16c,+fma,+lzcnt,+movbe,+xsave,+cx16"
 
 #: The program: its folder may lie anywhere. Kernels and numbers must be those of one CPU on every machine that has it.
+#: Links to the kernels lie in the user's cache, where numba writes beside them; its index files it replaces whole.
 START = """#!/bin/sh
 # Start Lightarc from the folder in which this script lies.
 here=$(dirname "$(readlink -f "$0")")
 root=$(dirname "$here")
-if [ -z "$NUMBA_CACHE_DIR" ] && [ -d "$root/kernels" ]; then
+if [ -z "$NUMBA_CACHE_DIR" ] && [ -r "$root/kernels/stamp" ]; then
     case " $(grep -m1 '^flags' /proc/cpuinfo 2>/dev/null) " in
     *" avx2 "*)
         export NUMBA_CPU_NAME={cpu} NUMBA_CPU_FEATURES={features}
-        NUMBA_CACHE_DIR="${{XDG_CACHE_HOME:-$HOME/.cache}}/lightarc/kernels-{stamp}"
-        if [ ! -d "$NUMBA_CACHE_DIR" ]; then
-            mkdir -p "$(dirname "$NUMBA_CACHE_DIR")" 2>/dev/null
+        NUMBA_CACHE_DIR="${{XDG_CACHE_HOME:-$HOME/.cache}}/lightarc/kernels-$(cat "$root/kernels/stamp")"
+        if [ "$(readlink "$NUMBA_CACHE_DIR/stamp" 2>/dev/null)" != "$root/kernels/stamp" ]; then
             part="$NUMBA_CACHE_DIR.$$"
-            {{ cp -R "$root/kernels" "$part" && mv "$part" "$NUMBA_CACHE_DIR"; }} 2>/dev/null || rm -rf "$part"
+            {{
+                mkdir -p "$part" && cp -Rs "$root/kernels/." "$part/" && rm -rf "$NUMBA_CACHE_DIR" &&
+                    mv -T "$part" "$NUMBA_CACHE_DIR"
+            }} 2>/dev/null || rm -rf "$part"
         fi
         [ -d "$NUMBA_CACHE_DIR" ] && export NUMBA_CACHE_DIR || unset NUMBA_CACHE_DIR
         ;;
@@ -107,10 +148,15 @@ WARM_UP = (
     "shade dome.stack -o dome.lightarc",
     "normals dome.stack -o maps --no-errors",
     "render sphere --brdf ggx --mode reference --samples 1 --width 32 --height 24 --ground -o reference.png",
-    "render sphere --material demo/cloth.lightarc --renderer cpu --width 32 --height 24 --samples 1 -o cpu.png",
-    "bake blob --brdf ggx --mode sh --order 3 --cube 16 --no-check -o sh.transport",
-    "bake blob --brdf ggx --mode wavelet --cube 16 --no-check -o wavelet.transport",
-    "bake blob --brdf ggx --mode gaussian --views 6 --samples 64 --no-check -o gaussian.transport",
+    "simulate -o arc --size 32",
+    "import arc -o arc.stack",
+    "shade arc.stack -o arc.lightarc",
+    "render sphere --material arc.lightarc --renderer cpu --width 32 --height 24 --samples 1 -o arc.png",
+    "render sphere --material dome.lightarc --renderer cpu --width 32 --height 24 --samples 1 -o dome.png",
+    "export arc.lightarc --to textures gltf web shaders --stack arc.stack -o exported",
+    "bake plane --brdf ggx --mode sh --order 3 --cube 16 --no-check -o sh.transport",
+    "bake plane --brdf ggx --mode wavelet --cube 16 --no-check -o wavelet.transport",
+    "bake plane --brdf ggx --mode gaussian --no-check -o gaussian.transport",
     "render wavelet.transport --env studio --width 32 --height 24 -o wavelet.png",
     "render sh.transport --env studio --width 32 --height 24 -o sh.png",
     "factor ggx --size 8 --samples 300 --terms 1 -o factors",
@@ -123,16 +169,26 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Build the Debian package and the archive.")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FOLDER")
     parser.add_argument("--no-kernels", action="store_true", help="leave out compiled kernels")
+    parser.add_argument("--level", type=int, default=19, help="compression by zstd, 1 … 19")
     options = parser.parse_args()
     folder = options.output.resolve()
-    shutil.rmtree(folder, ignore_errors=True)
-    root = folder / "lightarc"
+    root, kept = folder / "lightarc", folder / "kernels"
+    if (root / "kernels").is_dir():
+        shutil.rmtree(kept, ignore_errors=True)
+        shutil.move(root / "kernels", kept)
+    for old in folder.glob("*"):
+        if old != kept:
+            shutil.rmtree(old) if old.is_dir() else old.unlink()
     (root / "bin").mkdir(parents=True)
+    work = folder / "work"
+    work.mkdir()
     steps = {
         "Python": lambda: put_python(root / "python"),
         "packages": lambda: put_packages(site_of(root)),
+        "shared libraries of packages": lambda: trim_libraries(site_of(root), work),
         "Lightarc": lambda: put_lightarc(site_of(root), folder),
         "shared libraries": lambda: put_libraries(root),
+        "imports": lambda: check_imports(root),
         "bytecode": lambda: compile_modules(root / "python"),
         "entries of the desktop": lambda: put_entries(root),
     }
@@ -142,7 +198,7 @@ def main() -> int:
         begun = time.monotonic()
         step()
         print(f"{name}: {time.monotonic() - begun:.0f} s, {size_mb(root):.0f} MB so far", flush=True)
-    for path in (pack_archive(root, folder), pack_debian(root, folder)):
+    for path in (pack_archive(root, folder, options.level), pack_debian(root, folder, options.level)):
         print(f"{path}: {path.stat().st_size / 1e6:.0f} MB, {size_mb(root):.0f} MB installed")
     return 0
 
@@ -200,6 +256,146 @@ def put_packages(site: Path) -> None:
             shutil.copy(source, site / name)
 
 
+def trim_libraries(site: Path, work: Path) -> None:
+    """Take away what no program reads of the shared libraries in packages, and libraries that none takes any more."""
+    trim_icu_data(site, work)
+    share_openblas(site, work)
+    remove_untaken(site)
+    strip_symbols(site.parents[1], work)
+    link_equal_libraries(site)
+
+
+def trim_icu_data(site: Path, work: Path) -> None:
+    """Write the data library of ICU anew with the items of `ICU_DATA`.
+
+    Its one symbol is a header and a table of names with offsets, sorted, and then the items, each at a multiple of 16
+    bytes (icu4c, `unicode/udata.h` and `ucmndata.h`: the table of contents "ToCP").
+    """
+    (library,) = (site / "PySide6" / "Qt" / "lib").glob("libicudata.so.*")
+    symbol = re.search(r"icudt\d{2,3}_dat", run_tool("nm", "-D", str(library)))[0]  # type: ignore[index]
+    place = re.search(rf"(\w{{16}}) . {symbol}", run_tool("nm", "-D", str(library)))[1]  # type: ignore[index]
+    sections = re.findall(r"\.rodata\s+PROGBITS\s+(\w+) (\w+) (\w+)", run_tool("readelf", "-SW", str(library)))
+    address, offset, size = (int(number, 16) for number in sections[0])
+    begin = offset + int(place, 16) - address
+    data = library.read_bytes()[begin : offset + size]
+    header_bytes = int.from_bytes(data[:2], "little")
+    header, table = data[:header_bytes], data[header_bytes:]
+    count = int.from_bytes(table[:4], "little")
+    places = [struct.unpack_from("<II", table, 4 + 8 * item) for item in range(count)]
+    ends = [start for _, start in places[1:]] + [len(table)]
+    items = {}
+    for (name_at, start), end in zip(places, ends, strict=True):
+        name = table[name_at : table.index(b"\0", name_at)].decode("ascii")
+        if ICU_DATA.search(name.split("/", 1)[-1]):
+            items[name] = table[start:end]
+    names_at = 4 + 8 * len(items)
+    names = b"".join(name.encode() + b"\0" for name in items)
+    at = -(-(header_bytes + names_at + len(names)) // 16) * 16 - header_bytes
+    written, name_at, content = [struct.pack("<I", len(items))], names_at, b""
+    for name, item in items.items():
+        written.append(struct.pack("<II", name_at, at + len(content)))
+        name_at += len(name) + 1
+        content += item + bytes(-len(item) % 16)
+    kept = header + b"".join(written) + names
+    kept += bytes(header_bytes + at - len(kept)) + content
+    (work / "icu.bin").write_bytes(kept)
+    source = f""".globl {symbol}
+.section .rodata
+.balign 16
+.type {symbol}, @object
+.size {symbol}, {len(kept)}
+{symbol}: .incbin "{work / "icu.bin"}"
+"""
+    link_library(library, source, library.name, work)
+
+
+def share_openblas(site: Path, work: Path) -> None:
+    """Put a library of jumps to SciPy's OpenBLAS in the place of the one that OpenCV's wheel holds, 39 MB.
+
+    Both have 32-bit integers; SciPy's has names of its own, with `scipy_` in front.
+    """
+    (old,) = site.glob("opencv*.libs/libopenblas*.so")
+    (shared,) = site.glob("scipy.libs/libscipy_openblas*.so")
+    wanted = re.findall(r"\bU (\w+)", run_tool("nm", "-D", "--undefined-only", str(site / "cv2" / "cv2.abi3.so")))
+    offered = set(re.findall(r"\bT (\w+)", run_tool("nm", "-D", "--defined-only", str(old))))
+    names = [name for name in wanted if name in offered]
+    source = ".text\n" + "".join(
+        f".globl {name}\n.type {name}, @function\n{name}: jmp scipy_{name}@PLT\n" for name in names
+    )
+    path = f"-Wl,--enable-new-dtags,-rpath,$ORIGIN/../{shared.parent.name}"
+    link_library(old, source, old.name, work, str(shared), path, "-Wl,-z,defs")
+
+
+def link_library(target: Path, source: str, name: str, work: Path, *options: str) -> None:
+    """Assemble and link a shared library of the given name in the place of `target`."""
+    assembly = work / "library.s"
+    assembly.write_text(source + '.section .note.GNU-stack,"",@progbits\n', encoding="ascii")
+    target.unlink()
+    run_tool("gcc", "-shared", "-nostdlib", f"-Wl,-soname,{name}", "-o", str(target), str(assembly), *options)
+
+
+def remove_untaken(site: Path) -> None:
+    """Remove the shared libraries of packages that no binary there needs, again and again until all are needed."""
+    while True:
+        binaries = list(find_binaries(site))
+        wanted = run_tool("readelf", "-d", *map(str, binaries))
+        needed = set(re.findall(r"\(NEEDED\).{0,40}\[(.+?)\]", wanted))
+        folders = {folder for pattern in LIBRARY_FOLDERS for folder in site.glob(pattern)}
+        untaken = [path for path in binaries if path.parent in folders and path.name not in needed]
+        untaken = [path for path in untaken if path.name.startswith("lib")]
+        if not untaken:
+            return
+        for path in untaken:
+            path.unlink()
+
+
+def strip_symbols(library: Path, work: Path) -> None:
+    """Strip what only debuggers and static linkers read, where a library loads with it alone."""
+    stripped = work / "stripped"
+    loads = [sys.executable, "-I", "-S", "-c", "import ctypes, os, sys; ctypes.CDLL(sys.argv[1]); os._exit(0)"]
+    for path in [*find_binaries(library), library.parent / "bin" / VERSIONED]:
+        run_tool("strip", "--strip-unneeded", "-o", str(stripped), str(path))
+        if stripped.stat().st_size >= path.stat().st_size:
+            continue
+        kept = work / "kept"
+        shutil.move(path, kept)
+        shutil.copy(stripped, path)
+        path.chmod(kept.stat().st_mode)
+        if path.name != VERSIONED and subprocess.run([*loads, str(path)], capture_output=True).returncode:
+            stripped.write_bytes(path.read_bytes())
+            shutil.copy(kept, path)
+            if not subprocess.run([*loads, str(path)], capture_output=True).returncode:
+                print(f"  {path.name} is not stripped, as it does not load without symbols")
+                continue
+            shutil.copy(stripped, path)
+    stripped.unlink()
+
+
+def link_equal_libraries(site: Path) -> None:
+    """Leave one of libraries with the same content, such as those that a wheel has under several names."""
+    first: dict[bytes, Path] = {}
+    for path in find_binaries(site):
+        known = first.setdefault(hashlib.sha256(path.read_bytes()).digest(), path)
+        if known != path:
+            path.unlink()
+            path.symlink_to(os.path.relpath(known, path.parent))
+
+
+def find_binaries(folder: Path) -> Iterator[Path]:
+    """All shared libraries and extension modules below a folder."""
+    for path in sorted(folder.rglob("*.so*")):
+        if path.is_file() and not path.is_symlink() and path.open("rb").read(4) == b"\x7fELF":
+            yield path
+
+
+def run_tool(*command: str) -> str:
+    """What a tool prints; its own words end the build where it fails."""
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode:
+        raise SystemExit(f"{command[0]} failed: {done.stderr.strip()[-500:]}")
+    return done.stdout
+
+
 def put_lightarc(site: Path, folder: Path) -> None:
     """Unpack the wheel of this checkout."""
     options = ["-q", "--no-deps", "--no-build-isolation", "-w", str(folder)]
@@ -215,7 +411,8 @@ def put_libraries(root: Path) -> None:
     python = root / "python"
     target = python / "lib"
     modules = (target / VERSIONED / "lib-dynload").glob("*.so")
-    wanted = [python / "bin" / VERSIONED, *modules, *site_of(root).glob("*.so")]
+    site = site_of(root)
+    wanted = [python / "bin" / VERSIONED, *modules, *site.glob("*.so"), *site.glob("numba/np/ufunc/omppool*.so")]
     for name, path in sorted(set(dependencies(wanted))):
         if not SYSTEM_LIBRARIES.match(name) and not (target / name).exists():
             shutil.copy(path, target / name)
@@ -232,10 +429,45 @@ def dependencies(binaries: Sequence[Path]) -> Iterator[tuple[str, Path]]:
         yield name, Path(path)
 
 
+def check_imports(root: Path) -> None:
+    """End the build where a module that Lightarc's sources import is not there: something was left out by mistake."""
+    names = set()
+    for path in (site_of(root) / "lightarc").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                names.update(alias.name for alias in node.names)
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                names.add(node.module)
+    program = """if True:
+        import importlib.util, sys
+        def missing(name):
+            try:
+                return importlib.util.find_spec(name) is None
+            except ModuleNotFoundError:
+                return True
+        print(*(name for name in sys.argv[1:] if missing(name)))
+    """
+    python = str(root / "python" / "bin" / VERSIONED)
+    missing = {name.partition(".")[0] for name in run_tool(python, "-I", "-B", "-c", program, *sorted(names)).split()}
+    if missing - OPTIONAL:
+        raise SystemExit(f"not in the installation: {', '.join(sorted(missing - OPTIONAL))}")
+
+
 def compile_modules(python: Path) -> None:
-    """Bytecode that is used whatever the times of files are: packages may change them, and nobody may write here."""
-    mode = py_compile.PycInvalidationMode.UNCHECKED_HASH
-    compileall.compile_dir(str(python / "lib"), quiet=2, workers=0, invalidation_mode=mode, stripdir=str(python.parent))
+    """Bytecode that is used whatever the times of files are: packages may change them, and nobody may write here.
+
+    That of packages takes the place of their sources, which only show lines in tracebacks; OpenCV reads its own.
+    """
+    options: dict[str, Any] = {"quiet": 2, "workers": 0, "stripdir": str(python.parent)}
+    site = site_of(python.parent)
+    for path in site.iterdir():
+        if path.is_dir() and path.name not in {"lightarc", "cv2"}:
+            compileall.compile_dir(str(path), legacy=True, **options)
+            for source in path.rglob("*.py"):
+                if source.with_suffix(".pyc").is_file():
+                    source.unlink()
+    unchecked = py_compile.PycInvalidationMode.UNCHECKED_HASH
+    compileall.compile_dir(str(python / "lib"), invalidation_mode=unchecked, **options)
 
 
 def put_entries(root: Path) -> None:
@@ -244,8 +476,7 @@ def put_entries(root: Path) -> None:
     from app.command_line import build_parser
 
     start = root / "bin" / "lightarc"
-    stamp = f"{version()}-{VERSIONED}"
-    start.write_text(START.format(cpu=CPU, features=FEATURES, stamp=stamp, python=VERSIONED), encoding="utf-8")
+    start.write_text(START.format(cpu=CPU, features=FEATURES, python=VERSIONED), encoding="utf-8")
     start.chmod(0o755)
     for name, content in entries(["lightarc"], build_parser()):
         path = root / "share" / name
@@ -260,19 +491,33 @@ def put_entries(root: Path) -> None:
 
 
 def put_kernels(root: Path, folder: Path) -> None:
-    """Compile kernels by runs of the installed program, and keep them without the times of this machine."""
+    """Compile kernels by runs of the installed program, and name them by a hash of their content."""
     place, work = root / "kernels", folder / "warm-up"
     work.mkdir()
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(place), "NUMBA_CPU_NAME": CPU, "NUMBA_CPU_FEATURES": FEATURES}
+    if (folder / "kernels").is_dir():
+        shutil.move(folder / "kernels", place)
+    home = {"HOME": str(work), "XDG_CACHE_HOME": str(work / "cache"), "XDG_CONFIG_HOME": str(work / "config")}
+    kernels = {"NUMBA_CACHE_DIR": str(place), "NUMBA_CPU_NAME": CPU, "NUMBA_CPU_FEATURES": FEATURES}
     for words in WARM_UP:
+        begun = time.monotonic()
         done = subprocess.run(
-            [str(root / "bin" / "lightarc"), *words.split()], cwd=work, env=environment, capture_output=True, text=True
+            [str(root / "bin" / "lightarc"), *words.split()],
+            cwd=work,
+            env={**os.environ, **home, **kernels},
+            capture_output=True,
+            text=True,
         )
-        print(f"  lightarc {words}: {done.returncode}{done.stderr[-300:] if done.returncode else ''}", flush=True)
+        print(f"  lightarc {words}: {time.monotonic() - begun:.0f} s", flush=True)
+        if done.returncode:
+            raise SystemExit(done.stderr.strip()[-500:])
     shutil.rmtree(work)
+    digest = hashlib.sha256()
+    for path in sorted(place.rglob("*.nb?")):
+        digest.update(path.relative_to(place).as_posix().encode() + b"\0" + path.read_bytes())
+    (place / "stamp").write_text(f"{version()}-{digest.hexdigest()[:12]}\n", encoding="ascii")
 
 
-def pack_archive(root: Path, folder: Path) -> Path:
+def pack_archive(root: Path, folder: Path, level: int) -> Path:
     """The archive: a folder `lightarc` with `bin/lightarc`."""
     path = folder / f"lightarc-{version()}-linux-x86_64.tar.zst"
     command = [
@@ -284,13 +529,13 @@ def pack_archive(root: Path, folder: Path) -> Path:
         "-C",
         str(folder),
         "-I",
-        "zstd -12 -T0",
+        f"zstd -{level} -T2",
     ]
     subprocess.run([*command, "-cf", str(path), root.name], check=True)
     return path
 
 
-def pack_debian(root: Path, folder: Path) -> Path:
+def pack_debian(root: Path, folder: Path, level: int) -> Path:
     """The Debian package: the folder in /usr/lib, and entries, man page and command where systems look for them."""
     tree = folder / "debian"
     (tree / "usr" / "lib").mkdir(parents=True)
@@ -314,7 +559,9 @@ def pack_debian(root: Path, folder: Path) -> Path:
     }
     (tree / "DEBIAN" / "control").write_text("".join(f"{key}: {value}\n" for key, value in control.items()))
     path = folder / f"lightarc_{version()}_amd64.deb"
-    subprocess.run(["dpkg-deb", "--root-owner-group", "-Zzstd", "--build", str(tree), str(path)], check=True)
+    subprocess.run(
+        ["dpkg-deb", "--root-owner-group", "-Zzstd", f"-z{level}", "--build", str(tree), str(path)], check=True
+    )
     shutil.rmtree(tree)
     return path
 
