@@ -431,7 +431,7 @@ def dependencies(binaries: Sequence[Path]) -> Iterator[tuple[str, Path]]:
 
 def check_imports(root: Path) -> None:
     """End the build where a module that Lightarc's sources import is not there: something was left out by mistake."""
-    names = set()
+    names: set[str] = set()
     for path in (site_of(root) / "lightarc").rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Import):

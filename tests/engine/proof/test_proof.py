@@ -17,6 +17,7 @@ from engine.core.steps import drain
 from engine.exchange import blender as exported_blender
 from engine.exchange import gltf, loss, materialx, rti
 from engine.exchange.subject import Contents, Settings, Subject
+from engine.exchange.targets import has_blender
 from engine.images.png import read_png
 from engine.light.environment import DistantLights
 from engine.proof import blender, programs, proof
@@ -141,7 +142,7 @@ def test_blender_without_a_file_is_a_complaint(tmp_path: Path, monkeypatch: pyte
 @pytest.mark.long
 def test_cycles_draws_our_image_of_the_same_maps(plastic: Subject, tmp_path: Path) -> None:
     """Of maps whose texels and slopes all differ: a pixel shows one texel, so that no filter of pixels counts."""
-    if not exported_blender.has_blender():
+    if not has_blender():
         pytest.skip("Blender's module (bpy) is not installed")
     slopes = np.random.default_rng(6).uniform(-0.8, 0.8, (9, 7, 2))
     normal = normalize(np.dstack([slopes, np.ones((9, 7))])).astype(np.float32)
