@@ -63,12 +63,12 @@ compiled() { user 'find .cache/lightarc/kernels-* -name "*.nbc" -type f 2>/dev/n
 timed version 'lightarc --version'
 timed render 'lightarc render sphere --brdf ggx --width 200 --height 150 -o sphere.png'
 echo "first progress of a bake: $(user '
-    lightarc bake blob --brdf ggx --mode sh --order 3 --cube 16 --no-check -o blob.transport 2>progress.log >bake.log &
+    lightarc bake sphere --brdf ggx --mode sh --order 3 --cube 16 --no-check -o ball.transport 2>progress.log >bake.log &
     begun=$(date +%s%N)
     while kill -0 $! 2>/dev/null && [ ! -s progress.log ]; do sleep 0.02; done
     echo "$((($(date +%s%N) - begun) / 1000000)) ms"
     wait $!')"
-timed bake 'lightarc bake blob --brdf ggx --mode sh --order 3 --cube 16 --no-check --overwrite -o blob.transport'
+timed bake 'lightarc bake sphere --brdf ggx --mode sh --order 3 --cube 16 --no-check --overwrite -o ball.transport'
 timed simulate 'lightarc simulate -o photographs --size 64'
 timed import 'lightarc import photographs -o stack'
 timed shade 'lightarc shade stack -o cloth.lightarc'
