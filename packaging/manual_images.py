@@ -1,6 +1,6 @@
 """Make the images of the README and the manual anew, from the real window and from the commands of the manual.
 
-    python packaging/manual_images.py [window] [tutorials] [mistakes]
+    python packaging/manual_images.py [window] [tutorials] [mistakes] [fronts]
 
 Without a choice it makes all. The window needs a display with OpenGL (`Xvfb -screen 0 1920x1080x24` does). Images lie
 in `docs/manual/images` as WebP of at most `MAX_BYTES`: the width of the page is what they are shown at.
@@ -62,6 +62,12 @@ MISTAKES = {
 #: Pixels of a photograph of a mistake, and between two.
 MISTAKE_PX, GAP_PX = 320, 16
 
+#: Scenes whose Pareto fronts are measured, beside that of the tutorial on accuracy, by the names of their images.
+FRONTS = {
+    "front-soft": "sphere --brdf lambert --env overcast --ground",
+    "front-shadows": "sphere --brdf lambert --env noon --ground",
+}
+
 #: Files that the commands of a tutorial leave, and the images that are made of them.
 MADE = {
     "first-material": {"woven.png": "woven"},
@@ -74,7 +80,7 @@ MADE = {
 
 
 def main() -> int:
-    chosen = sys.argv[1:] or ["window", "tutorials", "mistakes"]
+    chosen = sys.argv[1:] or ["window", "tutorials", "mistakes", "fronts"]
     IMAGES.mkdir(exist_ok=True)
     if "window" in chosen:
         photograph_window()
@@ -83,6 +89,9 @@ def main() -> int:
     if "mistakes" in chosen:
         for name, mistake in MISTAKES.items():
             show_mistake(name, *mistake)
+    if "fronts" in chosen:
+        for name, scene in FRONTS.items():
+            measure_front(name, scene)
     return 0
 
 
@@ -138,6 +147,13 @@ def keep_results() -> None:
                 run_commands(page, Path(folder))
                 for source, name in MADE[page.stem].items():
                     compress(Path(folder) / source, IMAGES / f"{name}.webp", IMAGE_PX)
+
+
+def measure_front(name: str, scene: str) -> None:
+    """Measure settings of all methods on a scene, and keep the plot of error against the time of a frame."""
+    with tempfile.TemporaryDirectory() as folder:
+        run_step(f"lightarc tradeoff {scene} --budget-s 300 -o tradeoff", Path(folder))
+        compress(Path(folder, "tradeoff", "tradeoff.png"), IMAGES / f"{name}.webp", IMAGE_PX)
 
 
 def show_mistake(name: str, sample: str, options: str, elevations_deg: tuple[int, ...]) -> None:
