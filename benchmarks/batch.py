@@ -11,6 +11,7 @@ import json
 import random
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -138,10 +139,11 @@ def _kill(folder: Path, count: int, processes: int, seed: int) -> Steps[tuple[in
         for row in _list_done(step):
             made[row.capture.name] = made.get(row.capture.name, 0) + 1
             sizes.append(own.memory_info().rss / 1e6)
-        children = [each for each in own.children() if "app.batch.worker" in " ".join(each.cmdline())]
-        if children and time.monotonic() > due_s:
-            draw.choice(children).kill()
-            killed, due_s = killed + 1, time.monotonic() + KILL_S
+        if time.monotonic() > due_s:
+            due_s = time.monotonic() + KILL_S
+            with suppress(psutil.Error, IndexError):  # one that has just ended
+                draw.choice([each for each in own.children() if "app.batch.worker" in each.cmdline()]).kill()
+                killed += 1
         yield Step(step.done, f"killing: {step.note}")
     there = {path.parent.name for path in (folder / "results").glob(f"*/{FOLDER_RECORD}")}
     later = sizes[len(sizes) // 2 :]
