@@ -160,7 +160,7 @@ class MakingProcess:
             threads = dict.fromkeys(VARIABLES, "1")
             path = os.pathsep.join(filter(None, sys.path))
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "app.batch.worker"],
+                [sys.executable, "-m", "app.batch.worker", str(os.getpid())],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,

@@ -8,6 +8,7 @@ it says so and ends; on Linux an allocation beyond the limit fails first (`engin
 
 from __future__ import annotations
 
+import ctypes
 import faulthandler
 import importlib
 import json
@@ -40,8 +41,13 @@ LOOK_S, TELL_S = 1.0, 0.2
 NO_MEMORY = "needs more than {} of memory, the limit of a capture. Give --memory-limit, or fewer --workers"
 
 
+#: The request to the kernel of Linux to end a process with the thread that has started it (linux/prctl.h).
+_END_WITH_PARENT = 1
+
+
 def main() -> None:
     """Answer requests until the pipe that they come through is closed."""
+    _end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for the process that asks
     requests, replies = os.dup(0), os.dup(1)
     with Path(os.devnull).open("rb") as nothing:
@@ -55,6 +61,18 @@ def main() -> None:
         with ExitStack() as held:
             held.enter_context(limit_threads(request["threads"]))
             tell(_answer(request, tell))
+
+
+def _end_with_parent() -> None:
+    """Let Linux end this process together with the one that asks, also where that is killed while a kernel runs here.
+
+    Two processes would write the same folder where the batch goes on at once. Elsewhere the closed pipe ends it.
+    """
+    if sys.platform == "linux":
+        with suppress(OSError, AttributeError):
+            ctypes.CDLL(None).prctl(_END_WITH_PARENT, signal.SIGKILL)
+        if sys.argv[1:] and os.getppid() != int(sys.argv[1]):
+            ending.leave(0)  # it has ended before
 
 
 class _Teller:
