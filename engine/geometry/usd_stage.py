@@ -84,7 +84,11 @@ def refuse_damaged(name: str, folder: str) -> Iterator[None]:
     """InputError in the place of what the library finds wrong with a file or with values in it, with its words."""
     try:
         yield
-    except (Tf.ErrorException, UnicodeDecodeError) as error:
+    except InputError:
+        raise
+    except (TypeError, ValueError, IndexError, OverflowError):
+        raise InputError(name, "is damaged: a value in it is of another type or length", AGAIN) from None
+    except Tf.ErrorException as error:
         try:
             said = str(error).rpartition(" : ")[2].rpartition(f"{folder}/")[2]
         except UnicodeDecodeError:  # the library quotes bytes of the file
