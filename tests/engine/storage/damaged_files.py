@@ -756,7 +756,10 @@ def _batched_files(tally: Tally, index: int, numbers: Sequence[int], folder: Pat
             _batched_files(tally, index, numbers[:half], folder)
             _batched_files(tally, index, numbers[half:], folder)
         else:
-            tally.outcomes["refused" if "crashed" in error.problem else "FAULT"] += 1
+            is_refused = any(words in error.problem for words in ("crashed", "GiB to decode", "cannot be decoded"))
+            tally.outcomes["refused" if is_refused else "FAULT"] += 1
+            if not is_refused:
+                tally.fault(numbers[0], error.problem)
             tally.took(numbers[0], 0.0)
         return
     shutil.rmtree(copies)
