@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.measure import Accuracy
-from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import Step, Steps, drain
+from engine.factor.factor_file import open_reflectance
+from engine.figures.figure import coarse_bust
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import grid_mesh, open_mesh, shape
 from engine.light.cube_map import cube_of
@@ -37,10 +38,11 @@ NEXT = (
     "ggx:kd=0.3,alpha=0.1,f0=0.2",
     "ashikhmin-shirley:kd=0.5,ks=0.05,nu=10,nv=100",
     "ggx:kd=0,alpha=0.3,f0=0.9/0.6/0.3",
+    "phong:kd=0.2,ks=0.3,exponent=60",
 )
 
-#: Path of the bunny within the folder of measured data.
-BUNNY = "mesh/classic/stanford-bunny.obj"
+#: Paths of the bunny and of a measured BRDF within the folder of measured data.
+BUNNY, MEASURED = "mesh/classic/stanford-bunny.obj", "brdf/rgl/paper_white_rgb.bsdf"
 
 #: Share of the bake and ratio of errors that are promised.
 SHARE, WORSE = 0.15, 1.2
@@ -58,32 +60,36 @@ def thin_out(mesh: Mesh, grid: tuple[int, int], step: tuple[int, int]) -> Mesh:
 
 #: Some 4,000 vertices: on far fewer what does not depend on them, such as factors of a BRDF, takes most of the time.
 #: With a folder of measured data the bunny that lies there is another one.
-MODELS: dict[str, Callable[[], Mesh]] = {"torus-knot": lambda: thin_out(shape("torus-knot"), (65, 769), (2, 6))}
+MODELS: dict[str, Callable[[], Mesh]] = {
+    "torus-knot": lambda: thin_out(shape("torus-knot"), (65, 769), (2, 6)),
+    "bust": lambda: coarse_bust(73, 109),
+}
 
 
 def reuse(_folder: Path, *, data: Path | None = None, modes: Sequence[str] | None = None) -> Steps[list[Accuracy]]:
-    """Ratios of every mode, or of some `modes`, on `MODELS`, of the BRDFs `NEXT` after `FIRST`."""
+    """Ratios of every mode, or of some `modes`, on `MODELS`, of the BRDFs `NEXT` and a measured one after `FIRST`."""
     found = []
+    after = NEXT if data is None else (*NEXT, str(data / MEASURED))
     models = {**MODELS, **({} if data is None else {"bunny": lambda: open_mesh(str(data / BUNNY))})}
     for number, (model, make) in enumerate(models.items()):
         mesh = make()
         for mode in modes or names():
             yield Step(number / len(models), f"baking {model} in {mode}")
-            found += _shares(model, mesh, mode)
+            found += _shares(model, mesh, mode, after)
         if "gaussian" in (modes or names()):
             yield Step((number + 0.7) / len(models), f"comparing errors on {model}")
-            found += [_ratio_of_errors(model, mesh, text) for text in NEXT]
+            found += [_ratio_of_errors(model, mesh, number, text) for number, text in enumerate(after)]
     return found
 
 
-def _shares(model: str, mesh: Mesh, mode: str) -> list[Accuracy]:
-    """The CPU time of each of `NEXT` over that of `FIRST`."""
+def _shares(model: str, mesh: Mesh, mode: str, after: Sequence[str]) -> list[Accuracy]:
+    """The CPU time of each BRDF `after` the first over that of `FIRST`."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         _bake_s(mesh.name, _part(mesh), mode, FIRST, folder / "warm")  # compiles the kernels
         whole_s = _bake_s("first", mesh, mode, FIRST, folder)
         found = []
-        for number, text in enumerate(NEXT):
+        for number, text in enumerate(after):
             again_s = _bake_s(str(number), mesh, mode, text, folder)
             what = f"{model}, {len(mesh.positions):,} vertices, {mode}: CPU time of {text} over that of the first bake"
             more = {"first_cpu_s": whole_s, "again_cpu_s": again_s}
@@ -100,7 +106,7 @@ def _bake_s(name: str, mesh: Mesh, mode: str, text: str, folder: Path) -> float:
     folder.mkdir(exist_ok=True)
     method = method_of(mode)
     started = time.process_time()
-    subject = Subject(mesh, brdf_from_text(text), kept=folder / "visibility")
+    subject = Subject(mesh, open_reflectance(text), kept=folder / "visibility")
     work = drain(method.baking.prepare(subject, method.settings()))
     drain(method.baking.bake(folder / name, work))
     return time.process_time() - started
@@ -112,15 +118,15 @@ def _part(mesh: Mesh) -> Mesh:
     return replace(mesh, positions=mesh.positions[:300], normals=mesh.normals[:300], uv=mesh.uv[:300], **some)
 
 
-def _ratio_of_errors(model: str, mesh: Mesh, text: str) -> Accuracy:
+def _ratio_of_errors(model: str, mesh: Mesh, number: int, text: str) -> Accuracy:
     """The error of Gaussians by held visibility over that by rays, at some vertices under the studio."""
-    surface = glossy_surface(mesh, brdf_from_text(text))
+    surface = glossy_surface(mesh, open_reflectance(text))
     count = min(VERTICES, len(mesh.positions))
     chosen = np.sort(np.random.default_rng(1).choice(len(mesh.positions), count, False))
     seen = drain(hold_visibility(surface.of, EDGE, FINE, chosen))
     rays, held = _error(surface, chosen, 32), _error(replace(surface, seen=seen), chosen, EDGE)
     what = f"{model}, {text}: error of Gaussians by kept visibility over that by rays"
-    name = f"reuse-error-{model}-{NEXT.index(text)}"
+    name = f"reuse-error-{model}-{number}"
     return Accuracy(name, held / rays, what, WORSE, {"error_rays": rays, "error_kept": held})
 
 
