@@ -84,6 +84,10 @@ PROBES, PROBE_VIEWS, TEST_ENVIRONMENT, TEST_EDGE = 64, 20, "studio", 64
 #: Edge of the cube map that visibility is counted over, that of wavelets, so that one record serves both.
 EDGE = WaveletSettings.cube
 
+#: Settings of the fit of one lobe, which is soon near its minimum: in some 55 % of the time, errors of radiance of
+#: seven glossy BRDFs under three environments are .95 to 1.02 times those of a fit that goes on until nothing moves.
+QUICK = {"sweeps": 1, "steps": (4, 0, 6)}
+
 #: Percentile of the relative distances that is called the worst: single pairs that reflect next to nothing may be far.
 WORST = 99.0
 
@@ -122,7 +126,8 @@ class BakeSettings:
 
     @property
     def fit(self) -> FitSettings:
-        return FitSettings(lobes=self.lobes, relaxations=self.relaxations)
+        quick: dict[str, Any] = QUICK if self.lobes == 1 else {}
+        return FitSettings(lobes=self.lobes, relaxations=self.relaxations, **quick)
 
     @property
     def components(self) -> tuple[str, ...]:

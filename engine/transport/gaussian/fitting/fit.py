@@ -74,6 +74,7 @@ class FitSettings:
         With delta 1 in place of 0.1, 5 % fewer pairs of vertices and 13 % fewer of views were flipped, at 0.2 % more
         distance (two lobes, GGX of alpha 0.3, 250 vertices of a head).
     sweeps : over the views of a vertex, at most; fewer where nothing changes any more.
+    steps : of each start, of the best start, and of a view in a sweep, at most.
     relaxations : passes over vertices that disagree with neighbours once all are fitted.
     """
 
@@ -83,6 +84,7 @@ class FitSettings:
     sigma_alignment: float = 0.01
     spatial: float = 1.0
     sweeps: int = 8
+    steps: tuple[int, int, int] = (6, 40, 8)
     relaxations: int = 2
 
     def __post_init__(self) -> None:
@@ -93,6 +95,8 @@ class FitSettings:
             raise UsageError("the weights of the energies must be from 0 to 1,000,000")
         if not (1 <= self.sweeps <= 1000 and 0 <= self.relaxations <= 100):
             raise UsageError(f"{self.sweeps} sweeps and {self.relaxations} relaxations are not possible")
+        if not all(0 <= steps <= 1000 for steps in self.steps):
+            raise UsageError(f"{self.steps} steps are not possible; each is from 0 to 1,000")
 
     @property
     def strengths(self) -> NDArray[np.float64]:
@@ -267,7 +271,7 @@ def fit_vertices(
     """Fit B vertices, each by itself, beside neighbours (…,) that are done: rows of `known`, of which few are used."""
     lobes, (neighbours, _) = settings.lobes, view_neighbours()
     found = Fit.empty(len(samples), lobes)
-    steps, sweeps = (kernel.HURRIED, 0) if hurried else (kernel.STEPS, settings.sweeps)
+    steps, sweeps = (kernel.HURRIED, 0) if hurried else (np.array(settings.steps, np.int64), settings.sweeps)
 
     def work(rows: slice) -> None:
         for vertex in range(rows.start, min(rows.stop, len(samples))):

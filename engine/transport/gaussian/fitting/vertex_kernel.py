@@ -39,8 +39,8 @@ DIM = 0.01
 #: squared: the far side of a narrow lobe is as small as doubles are, and has no reciprocal.
 DARK, DARKEST = 1e-24, 1e-60
 
-#: Steps of a start, of the best start, and of a view in a sweep; the same in a hurry.
-STEPS, HURRIED = np.array([6, 40, 8], np.int64), np.array([6, 0, 0], np.int64)
+#: Steps of a start, of the best start, and of a view in a sweep, in a hurry.
+HURRIED = np.array([6, 0, 0], np.int64)
 
 #: A sweep that lowers the energy by less than this share is the last.
 SETTLED = 1e-5
@@ -283,8 +283,9 @@ def fit_vertex(
     """All views of one vertex: fills weight (92, L, 3), mean, sigma, energy (92, 3), norm (92,), error (92, 2).
 
     `start` (93,) bounds the samples of each view, `near_…` (K, 92, L, …) are neighbouring vertices that are done,
-    `strengths` are alpha, beta, gamma, delta, `steps` are `STEPS`. What is filled is 0 before. Returns the largest
-    slope that is left of the energy, each view's by its own parameters with widths within their bounds.
+    `strengths` are alpha, beta, gamma, delta, `steps` (3,) those of each start, of the best start, and of a view in a
+    sweep. What is filled is 0 before. Returns the largest slope that is left of the energy, each view's by its own
+    parameters with widths within their bounds.
     """
     views, lobes = sigma.shape
     square, scale, lit = np.zeros(views), np.zeros(views), np.zeros(views, np.bool_)

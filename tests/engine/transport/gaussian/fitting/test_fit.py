@@ -37,6 +37,9 @@ from tests.engine.transport.gaussian.gaussian_lobes import (
     unit,
 )
 
+#: Steps of a fit by default.
+STEPS = np.array(FitSettings().steps, np.int64)
+
 #: The unit roundoff of float64.
 U = 2.0**-53
 
@@ -68,7 +71,7 @@ def start(direction: np.ndarray, value: np.ndarray, area: np.ndarray, given: np.
     square = float((area[:, None] * value**2).sum())
     start_view(
         direction, value, area, square, 1.0 / square, given[None, None], np.array([[width]]), mean, sigma, weight,
-        vertex_kernel.STEPS,
+        STEPS,
     )  # fmt: skip
     return mean, sigma, weight
 
@@ -345,7 +348,7 @@ def by_kernel(
     vertex_kernel.fit_vertex(
         *(samples.start, samples.direction, samples.value, samples.area),
         *(np.zeros((0, VIEWS, lobes, 3)), np.zeros((0, VIEWS, lobes)), strengths, sweeps),
-        *(vertex_kernel.STEPS, neighbours, view_directions(), vertex_kernel.ORDERS[lobes - 1]),
+        *(STEPS, neighbours, view_directions(), vertex_kernel.ORDERS[lobes - 1]),
         *(weight, mean, sigma, np.zeros((VIEWS, 3)), np.zeros(VIEWS), np.zeros((VIEWS, 2))),
     )
     return weight, mean, sigma
