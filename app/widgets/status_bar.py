@@ -240,8 +240,10 @@ def describe_whole(job: Job) -> str:
 
 
 def _with_time_left(job: Job, words: str) -> str:
+    """The words with the remaining time; those of work that knows its own better stay as they are."""
     left = job.left_s
-    return f"{words} · {time_left(left)}" if left is not None and left >= 1 else words
+    is_said = left is None or left < 1 or words.endswith(" left")
+    return words if is_said else f"{words} · {time_left(left)}"
 
 
 def waiting_text(job: Job) -> str:

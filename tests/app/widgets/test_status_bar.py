@@ -25,6 +25,8 @@ def test_a_job_says_its_time_to_go(qapp: Any, monkeypatch: pytest.MonkeyPatch, e
     job.state, job.begun, job.step = "running", True, Step(0.5, "finding slopes")
     job.started_s = 5_000.0 - elapsed_s
     assert describe(job) == f"Finding slopes · {words}"
+    job.step = Step(0.5, "3 of 9 captures, 40 s left")
+    assert describe(job) == "3 of 9 captures, 40 s left", "work that knows its time to go says it alone"
 
 
 def _show(qtbot: Any, width: int) -> tuple[Jobs, StatusBar]:
