@@ -20,8 +20,9 @@ from engine.render.reference import ReferenceImage
 from engine.render.transported import image_of
 from engine.scene.scene import Scene
 from engine.transport.baking.held_visibility import hold_visibility
+from engine.transport.gaussian.bake import BakeSettings
 from engine.transport.gaussian.diffuse import DiffuseTransfer, rows_of_all
-from engine.transport.gaussian.fitting.fit import Fit, FitSettings, fit
+from engine.transport.gaussian.fitting.fit import Fit, fit
 from engine.transport.gaussian.fitting.lobes import Lobes
 from engine.transport.gaussian.samples import GlossySurface, direct_samples, glossy_surface
 from engine.transport.gaussian.transfer import GaussianTransport
@@ -69,7 +70,7 @@ def without_shadows(surface: GlossySurface) -> GlossySurface:
 
 def fit_lobes(surface: GlossySurface, lobes: int, samples: int) -> Steps[Fitted]:
     """Direct transport of `surface`, so many Gaussians for each vertex and view, from so many directions."""
-    settings = FitSettings(lobes=lobes)
+    settings = BakeSettings(lobes=lobes).fit
     surface = replace(surface, seen=(yield from part(hold_visibility(surface.of, EDGE, FINE), 0.0, 0.1)))
     steps = fit(surface.mesh, lambda vertices: direct_samples(surface, vertices, samples), settings)
     found = yield from part(steps, 0.1, 0.9)
