@@ -31,7 +31,7 @@ from app.arguments.usage import OUT_OF_MEMORY
 from app.process import ending
 from engine.core.budget import limit_memory, limit_threads
 from engine.core.errors import LightarcError, UsageError, file_failure, shortage
-from engine.core.figure_text import size_text
+from engine.core.figure_text import percent, size_text
 from engine.core.steps import Step, drain
 
 #: Seconds between two looks at the memory that is taken, and between two steps that are told.
@@ -160,7 +160,7 @@ def _show(log: Log, tell: _Teller) -> Callable[[Step], None]:
         nonlocal noted
         if step.note != noted:
             noted = step.note
-            log.write(f"{100 * step.done:3.0f} %  {step.note}")
+            log.write(f"{percent(step.done, 2)}  {step.note}")
         tell.step(step)
 
     return show

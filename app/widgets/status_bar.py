@@ -242,8 +242,9 @@ def describe_whole(job: Job) -> str:
 def _with_time_left(job: Job, words: str) -> str:
     """The words with the remaining time; those of work that knows its own better stay as they are."""
     left = job.left_s
-    is_said = left is None or left < 1 or words.endswith(" left")
-    return words if is_said else f"{words} · {time_left(left)}"
+    if left is None or left < 1 or words.endswith(" left"):
+        return words
+    return f"{words} · {time_left(left)}"
 
 
 def waiting_text(job: Job) -> str:

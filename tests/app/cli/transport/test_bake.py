@@ -149,7 +149,7 @@ def test_what_cannot_be_baked_is_refused(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("engine.transport.baking.chunks.PATIENCE_S", 0.3)
+    monkeypatch.setattr("engine.core.cluster.PATIENCE_S", 0.3)
     common = replace_options(("--brdf", "lambert", "-o", tmp_path / "a.transport", *QUICK), words)
     refused = lightarc("bake", mesh, *common, *words)
     assert (refused.code, message in refused.err) == (code, True), refused.err
