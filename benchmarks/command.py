@@ -206,6 +206,7 @@ OPTIONS = {
     "window-soak": ("runs", "run_s", "at_once", "seed", "record"),
     "cancel": ("runs", "seed"),
     "batch": ("runs", "seed"),
+    "busy-models": ("runs",),
     "large-memory": ("megapixels", "photographs"),
     "surface-sigma": ("scenes", "seed"),
     "fall-off": ("scenes", "seed"),
@@ -228,7 +229,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--runs",
         type=int,
         metavar="N",
-        help="runs of window-soak, signals for each verb of cancel (8), or captures for each process of batch (24)",
+        help="runs of window-soak and busy-models (20), signals for each verb of cancel (8), or captures for each "
+        "process of batch (24)",
     )
     parser.add_argument("--run-s", type=float, metavar="S", help="seconds of each run (8)")
     parser.add_argument("--at-once", type=int, metavar="N", help="runs of window-soak side by side (4)")
