@@ -25,6 +25,7 @@ from app.project.places import file_name
 from app.project.values import in_full
 from engine.capture.lights.folder import inside, is_made_by_program, is_sidecar
 from engine.capture.lights.polarised_pairs import folders_of_pairs
+from engine.capture.lights.sources import list_entries
 from engine.capture.photograph.kinds import photograph_suffixes
 from engine.core.errors import InputError
 from engine.core.suggestion import suggest
@@ -163,12 +164,12 @@ def _below(place: Path, depth: int = 0, wish: str = "") -> Iterator[Capture]:
         if is_archive(place):
             yield Capture(name_of(place), place)
         return
-    entries = sorted(_entries(place), key=lambda entry: entry.name)
+    entries = sorted(list_entries(place), key=lambda entry: entry.name)
     if any(_is_photograph(entry) for entry in entries):
         yield Capture(wish or name_of(place), place)
         return
     folders = [each for each in entries if each.is_dir() and not is_made_by_program(each.name)]
-    counts = [(each.name, sum(map(_is_photograph, _entries(each)))) for each in folders]
+    counts = [(each.name, sum(map(_is_photograph, list_entries(each)))) for each in folders]
     filled = [name for name, count in counts if count]
     known, lights = inside(counts)
     if folders_of_pairs(filled) is not None or lights is not None or (known is not None and len(filled) > 1):
@@ -179,14 +180,6 @@ def _below(place: Path, depth: int = 0, wish: str = "") -> Iterator[Capture]:
     for each in entries:
         if each in folders or is_archive(each):
             yield from _below(each, depth + 1, name_of(place) if depth and filled == [each.name] else "")
-
-
-def _entries(folder: Path) -> list[Path]:
-    try:
-        return list(folder.iterdir())
-    except OSError as error:
-        problem = f"cannot be read ({os.strerror(error.errno or 0)})"
-        raise InputError(folder, problem, "Check its permissions") from None
 
 
 def _is_photograph(entry: Path) -> bool:

@@ -126,9 +126,7 @@ def make_batch(
         rows.setdefault(each.name, Row(each))
     stale = [row for row in rows.values() if row.state == "running" and row.capture.name not in chosen]
     rows |= {each.name: _again(rows[each.name], each, chosen[each.name], output) for each in left}
-    rows |= {
-        row.capture.name: dataclasses.replace(row, state="waiting") for row in stale if row.capture.name not in chosen
-    }
+    rows |= {row.capture.name: dataclasses.replace(row, state="waiting") for row in stale}
     record.put(rows.values())
     report = _Report(output, settings)
     report.write(rows)

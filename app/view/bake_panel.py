@@ -156,5 +156,6 @@ def _show_values(baking: Baking) -> str:
     first = baking.first_image
     if first is not None:
         error = "" if first.error_rel is None else f" (error {percent(first.error_rel)} in the studio)"
-        return f"a first image in spherical harmonics{error}"
+        bare = " without interreflection" if baking.chosen.value("interreflection") else ""
+        return f"a first image in spherical harmonics{bare}{error}"
     return "the previous bake" if baking.is_drawn else "direct light without shadows"

@@ -30,9 +30,10 @@ MAX_BYTES = 1 << 29
 
 
 def preview(subject: Subject) -> Steps[ShTransport | None]:
-    """Matrices of `subject` with its BRDF, in memory; None where visibility is not kept, or the model is too large.
+    """Transport of `subject` with its BRDF in spherical harmonics of order `ORDER`, in memory (Kautz2002 Sec. 5).
 
-    None too where parameters vary or parts have BRDFs of their own.
+    Direct light alone, also where a bake of it has interreflection. None where visibility is not kept, where parameters
+    vary or parts have BRDFs of their own, and where the matrices would take more than `MAX_BYTES`.
     """
     surface = subject.mesh if subject.ground is None else with_ground(subject.mesh, subject.ground)[0]
     if subject.variations or subject.parts or 4 * ORDER**4 * len(surface.positions) > MAX_BYTES:

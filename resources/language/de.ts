@@ -3434,8 +3434,12 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
    <translation> (Fehler %1 im Studio)</translation>
   </message>
   <message>
-   <source>a first image in spherical harmonics%1</source>
-   <translation>ein erstes Bild in Kugelflächenfunktionen%1</translation>
+   <source> without interreflection</source>
+   <translation> ohne Wechselreflexion</translation>
+  </message>
+  <message>
+   <source>a first image in spherical harmonics%1%2</source>
+   <translation>ein erstes Bild in Kugelflächenfunktionen%1%2</translation>
   </message>
   <message>
    <source>the previous bake</source>
@@ -7935,10 +7939,6 @@ MIT-Lizenz.</translation>
    <translation>Geben Sie einen Ordner an, der näher liegt</translation>
   </message>
   <message>
-   <source>Check its permissions</source>
-   <translation>Seine Rechte prüfen</translation>
-  </message>
-  <message>
    <source>needs a first row that names its columns, each once, with one called path</source>
    <translation>braucht eine erste Zeile, die jede Spalte einmal nennt, davon eine namens path</translation>
   </message>
@@ -8783,6 +8783,10 @@ MIT-Lizenz.</translation>
   <message>
    <source>looking at %1</source>
    <translation>%1 wird untersucht</translation>
+  </message>
+  <message>
+   <source>Check its permissions</source>
+   <translation>Seine Rechte prüfen</translation>
   </message>
   <message>
    <source>holds more than %1 files</source>

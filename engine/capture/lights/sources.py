@@ -245,9 +245,9 @@ def _set_crossed_apart(
         if both is not None:
             parallel, crossed = (next(path for path in paths if path.name == name) for name in both)
             return [parallel], crossed
-    if len(paths) == 1 and not any(_is_photograph(entry) for entry in _entries(paths[0])):
-        folders = [entry for entry in _entries(paths[0]) if entry.is_dir() and not is_made_by_program(entry.name)]
-        filled = [folder.name for folder in folders if any(_is_photograph(entry) for entry in _entries(folder))]
+    if len(paths) == 1 and not any(_is_photograph(entry) for entry in list_entries(paths[0])):
+        folders = [entry for entry in list_entries(paths[0]) if entry.is_dir() and not is_made_by_program(entry.name)]
+        filled = [folder.name for folder in folders if any(_is_photograph(entry) for entry in list_entries(folder))]
         both = folders_of_pairs(filled)
         if both is not None:
             return [paths[0], paths[0] / both[0]], paths[0] / both[1]
@@ -337,7 +337,7 @@ def _expand(paths: Sequence[Path]) -> list[Path]:
         given = (
             [path] * (not is_sidecar(path))
             if not path.is_dir()
-            else [entry for entry in _entries(path) if belongs(entry)]
+            else [entry for entry in list_entries(path) if belongs(entry)]
         )
         found.update((os.path.realpath(file), file) for file in given)
     return sorted(found.values(), key=lambda path: (natural(path.name), str(path)))
@@ -347,19 +347,21 @@ def _look_into(place: Path, expanded: list[Path]) -> tuple[list[Path], list[Find
     """The files `expanded`, or those of the one folder in `place` that holds the capture where `place` has none."""
     if not place.is_dir() or any(path.suffix.lower() in photograph_suffixes() for path in expanded):
         return expanded, []
-    folders = [entry for entry in _entries(place) if entry.is_dir() and not is_made_by_program(entry.name)]
-    counts = [(folder.name, sum(_is_photograph(entry) for entry in _entries(folder))) for folder in folders]
+    folders = [entry for entry in list_entries(place) if entry.is_dir() and not is_made_by_program(entry.name)]
+    counts = [(folder.name, sum(_is_photograph(entry) for entry in list_entries(folder))) for folder in folders]
     name, lights = inside(counts)
     if name is None:
         filled = sorted(folder for folder, count in counts if count)
-        deeper = [folder for folder in folders if not filled and any(entry.is_dir() for entry in _entries(folder))]
+        deeper = [folder for folder in folders if not filled and any(entry.is_dir() for entry in list_entries(folder))]
         if len(deeper) == 1:  # as DCIM/100CANON
             return _look_into(deeper[0], [*expanded, *_expand(deeper)])
         if filled:
             problem = f"holds no photographs itself, but its folders {join_names(filled)} do"
             raise InputError(place, problem, "Give the folder of one capture")
         return expanded, []
-    beside = [entry for entry in _entries(place / lights) if entry.suffix.lower() in LIGHT_SUFFIXES] if lights else []
+    beside = (
+        [entry for entry in list_entries(place / lights) if entry.suffix.lower() in LIGHT_SUFFIXES] if lights else []
+    )
     if any(path.suffix.lower() in LIGHT_SUFFIXES for path in expanded):
         beside = []
     text = f"Photographs were taken from {name}" + (f", light positions from {beside[0].name}" if beside else "")
@@ -375,7 +377,8 @@ def _list_named(capture: CaptureFile | None) -> set[str]:
     return {comparable(entry.file) for entry in capture.photographs} if capture is not None else set()
 
 
-def _entries(folder: Path) -> list[Path]:
+def list_entries(folder: Path) -> list[Path]:
+    """All that lies in a folder, in no order; InputError where it cannot be read."""
     try:
         return list(folder.iterdir())
     except OSError as error:

@@ -30,7 +30,7 @@ def dialog(qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Itera
     jobs.close()
 
 
-def shown(dialog: BatchDialog) -> list[list[str]]:
+def list_rows(dialog: BatchDialog) -> list[list[str]]:
     table = dialog.table
     items = [[table.item(row, column) for column in range(2)] for row in range(table.rowCount())]
     return [[item.text() for item in row if item is not None] for row in items]
@@ -48,7 +48,7 @@ def test_a_batch_runs_in_the_window(dialog: BatchDialog, qtbot: Any, tmp_path: P
     assert dialog.pause.text() == "Resume"
     qtbot.mouseClick(dialog.pause, Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: not dialog.is_running, timeout=60_000)
-    assert shown(dialog) == [["fine", "Done"], ["refuse", "Failed"]]
+    assert list_rows(dialog) == [["fine", "Done"], ["refuse", "Failed"]]
     assert dialog.words.text() == "1 of 2 captures are done"
     assert dialog.start.text() == "Go on"
     assert dialog.report.isEnabled()
@@ -68,4 +68,4 @@ def test_a_folder_of_another_batch_goes_on(dialog: BatchDialog, tmp_path: Path) 
     (tmp_path / "results" / "batch.sqlite").write_bytes(b"nothing")
     dialog.take_output(tmp_path / "results")
     assert "is damaged" in dialog.words.text()
-    assert shown(dialog) == []
+    assert list_rows(dialog) == []

@@ -71,7 +71,7 @@ def light() -> Light:
 
 
 @pytest.fixture(scope="module")
-def made(mesh: Mesh, tmp_path_factory: pytest.TempPathFactory) -> TransportFile:
+def file_of_parts(mesh: Mesh, tmp_path_factory: pytest.TempPathFactory) -> TransportFile:
     """A bake in spherical harmonics."""
     folder = tmp_path_factory.mktemp("parts")
     bake("sh", Subject(mesh, ROUGH, parts=PARTS), folder)
@@ -111,8 +111,10 @@ def test_each_part_is_that_of_a_bake_of_its_brdf_alone(
     assert radiance(method, transport, light, on_ground).max() > 0.05
 
 
-def test_the_mean_light_of_parts_is_that_of_the_reference(mesh: Mesh, light: Light, made: TransportFile) -> None:
-    method, transport = method_of("sh"), method_of("sh").baking.transport_of(made)
+def test_the_mean_light_of_parts_is_that_of_the_reference(
+    mesh: Mesh, light: Light, file_of_parts: TransportFile
+) -> None:
+    method, transport = method_of("sh"), method_of("sh").baking.transport_of(file_of_parts)
     material, camera = material_of_brdfs(PARTS, NAMES), frame(mesh.positions)
     scene = Scene(mesh, camera, ROUGH, material, environment=light.environment)
     relit = method.baking.relight_transport(transport, light_of(scene), method.light())
@@ -133,20 +135,20 @@ def test_brushed_and_even_brdfs_lie_beside_each_other(light: Light, tmp_path: Pa
     assert radiance(method, transport, light, own) == pytest.approx(exact, abs=0.02 * exact.max())
 
 
-def test_a_file_that_names_parts_that_do_not_exist_is_refused(made: TransportFile) -> None:
-    kinds = made.settings["part_kinds"]
+def test_a_file_that_names_parts_that_do_not_exist_is_refused(file_of_parts: TransportFile) -> None:
+    kinds = file_of_parts.settings["part_kinds"]
     for changed in (
         {"part_kinds": [*kinds[:-1], 7]},
         {"part_kinds": kinds[:-1]},
         {"part_names": ["a"], "part_kinds": [0]},
         {"part_brdfs": json.loads("[]")},
     ):
-        broken = replace(made, settings={**made.settings, **changed})
+        broken = replace(file_of_parts, settings={**file_of_parts.settings, **changed})
         with pytest.raises(InputError, match="transport that cannot be"):
             method_of("sh").baking.transport_of(broken)
 
 
-def test_what_bakes_by_part_cannot_do_is_said(mesh: Mesh, made: TransportFile, tmp_path: Path) -> None:
+def test_what_bakes_by_part_cannot_do_is_said(mesh: Mesh, file_of_parts: TransportFile, tmp_path: Path) -> None:
     subject = Subject(mesh, ROUGH, parts=PARTS)
     with pytest.raises(UsageError, match="--blend and --albedo are for a model of one BRDF"):
         bake("wavelet", subject, tmp_path, albedo="image.png")
@@ -155,7 +157,7 @@ def test_what_bakes_by_part_cannot_do_is_said(mesh: Mesh, made: TransportFile, t
     with pytest.raises(UsageError, match="materials for its parts"):
         method_of("sh").check_parts(replace(subject, variations=(variation_from_text("albedo=0:1:y"),)))
     with pytest.raises(UsageError, match="have BRDFs of their own"):
-        drain(with_brdf(made, GLOSSY, None))
+        drain(with_brdf(file_of_parts, GLOSSY, None))
 
 
 def test_more_brdfs_than_tables_are_refused() -> None:
