@@ -479,9 +479,12 @@ class _IconEngine(QIconEngine):
         self._colour = colour
 
     def pixmap(self, size: QSize, mode: QIcon.Mode, _state: QIcon.State) -> QPixmap:
-        return _pixmap(self._name, min(size.width(), size.height()), self._colours.get(mode, self._colour))
+        extent = min(size.width(), size.height())
+        return _pixmap(self._name, extent, self._colours.get(mode, self._colour)) if extent > 0 else QPixmap()
 
     def paint(self, painter: QPainter, place: QRect, mode: QIcon.Mode, state: QIcon.State) -> None:
+        if place.isEmpty():
+            return  # a button narrower than its margins leaves no place, and Qt warns of images without pixels
         pixels = place.size() * painter.device().devicePixelRatioF()
         painter.drawPixmap(place, self.pixmap(pixels, mode, state))
 
