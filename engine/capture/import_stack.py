@@ -43,6 +43,7 @@ from engine.capture.calibration.polarisation import PairTexels, separate, texel_
 from engine.capture.calibration.rig import TERMS, Rig, lamp_vectors
 from engine.capture.calibration.separation import Separation, gain_text
 from engine.capture.calibration.transfer import check_transfer
+from engine.capture.decoded import Kept, find_kept
 from engine.capture.doubts import check_angles, without_empty, without_unreadable
 from engine.capture.empty import empty
 from engine.capture.file_facts import decide_files
@@ -62,6 +63,7 @@ from engine.capture.lights.list_forms import LISTED, name_order
 from engine.capture.lights.sources import Sources, name_members
 from engine.capture.mask import Mask, pack
 from engine.capture.mask_source import ALPHA, read_mask
+from engine.capture.noted import Noted, note, reduce_luminance, small
 from engine.capture.object_outline import ObjectOutline
 from engine.capture.output_region import View, view_of
 from engine.capture.photograph.decode import Photograph, ReadAhead, Unreadable
@@ -71,14 +73,11 @@ from engine.capture.registration.align import align
 from engine.capture.registration.control_points import choose_marked_kind, with_control_points
 from engine.capture.registration.pair_motion import Alignment
 from engine.capture.registration.polarised_shift import decide_shifts, measure_shift
-from engine.capture.registration.texture import Grey, reduce, reduction
+from engine.capture.registration.texture import Grey, reduction
 from engine.capture.registration.warp import Region, move_points, sample_points, warp
 from engine.capture.report import (
-    grain,
     grid_step,
     leave_one_out,
-    middle,
-    noise_and_sharpness,
     noise_beside_grain,
     report,
 )
@@ -87,12 +86,13 @@ from engine.capture.stack import DIFFUSE, RADIANCE, RECORD, SATURATED, ImageStac
 from engine.capture.stack_record import StackRecord, write_record
 from engine.capture.tally import Tally
 from engine.capture.waiting import PAIR_BYTES, PIXEL_BYTES, CalibrateRows, CodedPixels, Pixels, WaitingLight
-from engine.core.colour import LUMINANCE, to_display8
+from engine.core.colour import to_display8
 from engine.core.directions import surface_direction
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import number, percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
+from engine.images.codes import Coded
 from engine.images.credits import join_credits
 from engine.images.decode import refuse_larger
 from engine.storage.atomic import atomic_file, atomic_folder, require_space, write_bytes
@@ -103,7 +103,6 @@ __all__ = ["ImportSettings", "ThumbnailReady", "import_stack", "printable"]
 
 _BAND_PIXELS = 1 << 20
 _RECORD_BYTES = 1 << 20
-_THUMBNAIL_SIDE = 256
 
 #: Correction in place of rows of radiance, from a row of the photograph on.
 _CorrectRows = Callable[[NDArray[np.float32], int], None]
@@ -432,22 +431,24 @@ def _degrees(angles: NDArray[np.float64]) -> list[float]:
 def _read_all(plan: Plan, place: Path, files: ExitStack) -> Steps[_Read]:
     """Read, calibrate and merge all lights; those of a still camera are written at once."""
     read, lights = _Read(), plan.sources.exposures
-    with closing(ReadAhead(plan.files, **plan.options, keep_codes=_waits_as_codes(plan))) as ahead:
+    known, still = _find_known(plan), plan.still and "motion" not in plan.calibrated
+    unknown = [path for path in plan.files if path not in known]
+    with closing(ReadAhead(unknown, **plan.options, keep_codes=_waits_as_codes(plan))) as ahead:
         for index, light in enumerate(lights):
             start, stop = index / len(lights), (index + 1) / len(lights)
+            if (kept := known.get(light[0].path)) is not None:
+                yield from part(_take_known(plan, index, kept, read, place, files, still=still), start, stop)
+                continue
             photograph = yield from part(_light(plan, index, light, ahead, read), start, (start + stop) / 2)
             if photograph is not None:
                 refuse_larger(light[0].path, photograph.radiance)  # as calibration and exposures have scaled it
                 crossed = yield from part(_read_crossed(plan, index, photograph, ahead, read), (start + stop) / 2, stop)
                 if index == 0:
                     _check_mask(plan, read)
-                _note(read, photograph, plan.still and "motion" not in plan.calibrated)
+                _add_noted(read, note(photograph.radiance, photograph.saturated, with_grey=not still))
                 yield from part(_keep(plan, read, photograph, crossed, place, files), (start + stop) / 2, stop)
-                ready = ThumbnailReady(
-                    light[0].path, float(plan.sources.elevation[index]), to_display8(read.thumbnails[-1])
-                )
                 del photograph, crossed
-                yield Step(stop, f"Read {index + 1} of {len(lights)}", ready)
+                yield Step(stop, *_say_ready(plan, index, read))
     sizes = {len(each) for each in read.grains}
     comparable = len(sizes) == 1 and 0 not in sizes and len(read.grains) > 1
     beside_grain = noise_beside_grain(read.grains) if comparable else [math.inf] * len(read.grains)
@@ -456,6 +457,55 @@ def _read_all(plan: Plan, place: Path, files: ExitStack) -> Steps[_Read]:
         for (noise, sharpness), own in zip(read.noise_and_sharpness, beside_grain, strict=True)
     ]
     return read
+
+
+def _say_ready(plan: Plan, index: int, read: _Read) -> tuple[str, ThumbnailReady]:
+    path, elevation = plan.sources.photographs[index], float(plan.sources.elevation[index])
+    note = f"Read {index + 1} of {len(plan.sources.photographs)}"
+    return note, ThumbnailReady(path, elevation, to_display8(read.thumbnails[-1]))
+
+
+def _find_known(plan: Plan) -> dict[Path, Kept]:
+    """Photographs that have been decoded before and stay as they are, each of which is a light of its own."""
+    if plan.has_pairs or plan.chart is not None:
+        return {}
+    found = {}
+    for index, light in enumerate(plan.sources.exposures):
+        path = light[0].path
+        kept = find_kept(path, plan.options) if len(light) == 1 else None
+        if kept is None or kept.pixels is None:
+            continue
+        if plan.calibration.leaves(kept.photograph, _factor(plan, index, path)):
+            found[path] = kept
+    return found
+
+
+def _take_known(
+    plan: Plan, index: int, kept: Kept, read: _Read, place: Path, files: ExitStack, *, still: bool
+) -> Steps[None]:
+    """Take a light whose photograph has been decoded before, as `_light`, `_add_noted` and `_keep` do of others."""
+    (light,), count = plan.sources.exposures[index], len(plan.names)
+    read.sizes.append((kept.width, kept.height))
+    read.photographs.append((_without_pixels(kept.photograph, light.exposure_s),))
+    if read.sizes[-1] != read.sizes[0]:
+        return
+    if index == 0:
+        _check_mask(plan, read)
+    _add_noted(read, replace(kept.noted, grey=None) if still else kept.noted)
+    pixels: Pixels | CodedPixels
+    if isinstance(kept.pixels, Coded):
+        pixels = CodedPixels(kept.pixels, _calibration_of(plan, read))
+    else:
+        assert kept.pixels is not None
+        pixels = kept.pixels
+    waiting = WaitingLight(pixels, stays=True)
+    if _direct(plan):
+        if read.output is None:
+            read.output = _output(plan, _find_unmoved(count), read.shape, place, files)
+        yield from read.output.add(waiting, np.eye(3))
+    else:
+        read.waiting.append(waiting)
+    yield Step(1.0, *_say_ready(plan, index, read))
 
 
 def _refuse_contradictions(plan: Plan, read: _Read) -> None:
@@ -514,10 +564,10 @@ def _read_crossed(
     if plan.chart is not None:
         crossed = replace(crossed, radiance=plan.chart[0].apply(crossed.radiance))
     refuse_larger(path, crossed.radiance)
-    read.crossed.append(_small(crossed.radiance))
-    read.crossed_clipped.append(_small(crossed.saturated))
+    read.crossed.append(small(crossed.radiance))
+    read.crossed_clipped.append(small(crossed.saturated))
     if plan.settings.motion != "none" or "motion" in plan.calibrated:
-        read.pair_shifts.append(measure_shift(*(_reduce_luminance(each.radiance) for each in (photograph, crossed))))
+        read.pair_shifts.append(measure_shift(*(reduce_luminance(each.radiance) for each in (photograph, crossed))))
     return crossed
 
 
@@ -538,15 +588,14 @@ def _without_pixels(photograph: Photograph, exposure_s: float | None) -> Photogr
     return replace(photograph, radiance=nothing, saturated=nothing[..., 0] > 0, exposure_s=known, coded=None)
 
 
-def _note(read: _Read, photograph: Photograph, still: bool) -> None:
+def _add_noted(read: _Read, noted: Noted) -> None:
     """Keep the small things."""
-    luminance = _luminance(middle(photograph.radiance))
-    read.noise_and_sharpness.append(noise_and_sharpness(luminance))
-    read.grains.append(grain(luminance))
-    read.thumbnails.append(_small(photograph.radiance))
-    read.clipped.append(_small(photograph.saturated))
-    if not still:
-        read.greys.append(_reduce_luminance(photograph.radiance))
+    read.noise_and_sharpness.append(noted.noise_and_sharpness)
+    read.grains.append(noted.grain)
+    read.thumbnails.append(noted.thumbnail)
+    read.clipped.append(noted.clipped)
+    if noted.grey is not None:
+        read.greys.append(noted.grey)
 
 
 def _keep(
@@ -567,7 +616,7 @@ def _keep(
     else:
         copied = [photograph.coded.codes]
     light_bytes = sum(each.nbytes for each in copied)
-    if not read.waiting:
+    if read.scratch is None and all(light.stays for light in read.waiting):
         stack_bytes = count * math.prod(read.shape) * (PAIR_BYTES if plan.has_pairs else PIXEL_BYTES)
         require_space(place, stack_bytes + light_bytes + _RECORD_BYTES)
         read.scratch = scratch_place(count * light_bytes, place.parent)
@@ -872,7 +921,7 @@ def _small_aligned(read: _Read, alignment: Alignment) -> _Small:
 def _write_aligned(
     plan: Plan, read: _Read, alignment: Alignment, correction: Correction | None, place: Path, files: ExitStack
 ) -> Steps[None]:
-    given_back = sum(light.size_bytes for light in read.waiting) - read.waiting[0].size_bytes
+    given_back = sum(light.size_bytes for light in list(read.waiting)[1:] if not light.stays)
     beside = plan.crossed_matrices(np.tile(np.eye(3), (len(plan.names), 1, 1)))
     both = (correction, correction)
     if correction is not None and correction.room is not None and plan.separation is not None:
@@ -913,25 +962,3 @@ def _control_points(plan: Plan, alignment: Alignment) -> Alignment:
         raise InputError(plan.sources.photographs[alignment.reference], problem, remedy)
     motion = choose_marked_kind(plan.settings.motion, plan.sources.azimuth)
     return with_control_points(alignment, marked, plan.names, motion) if marked else alignment
-
-
-def _luminance(radiance: NDArray[np.float32]) -> Grey:
-    luminance = radiance[..., 0] * np.float32(LUMINANCE[0])
-    for channel in (1, 2):
-        luminance += radiance[..., channel] * np.float32(LUMINANCE[channel])
-    return luminance
-
-
-def _reduce_luminance(radiance: NDArray[np.float32]) -> Grey:
-    """The luminance of an image at the size at which photographs are compared."""
-    return _luminance(reduce(radiance, reduction(*radiance.shape[:2])))
-
-
-def _small(radiance: NDArray[np.float32] | NDArray[np.bool_]) -> NDArray[np.float32]:
-    """An image of at most `_THUMBNAIL_SIDE`, from some four samples to a pixel along each side; shares of a mask."""
-    height, width = radiance.shape[:2]
-    scale = min(1.0, _THUMBNAIL_SIDE / max(height, width))
-    size = (max(1, round(width * scale)), max(1, round(height * scale)))
-    step = max(1, math.floor(0.25 / scale))
-    some = np.ascontiguousarray(radiance[::step, ::step], np.float32)
-    return cv2.resize(some, size, interpolation=cv2.INTER_AREA)

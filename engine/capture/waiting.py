@@ -84,10 +84,14 @@ class CodedPixels:
 
 @dataclass(frozen=True, eq=False)
 class WaitingLight:
-    """The photograph of a light, and of pairs the `crossed` one (H, W, 3), which is saturated where its fellow is."""
+    """The photograph of a light, and of pairs the `crossed` one (H, W, 3), which is saturated where its fellow is.
+
+    It `stays` where somebody else keeps the pixels too, so that no room comes free when the light is written.
+    """
 
     pixels: Pixels | CodedPixels
     crossed: Pixels | None = None
+    stays: bool = False
 
     @property
     def size_bytes(self) -> int:

@@ -88,9 +88,9 @@ class Calibration:
             frames = replace(self, lens=None, lamp_distance=math.inf)
             photograph = self._straighten(frames.applied(photograph, elevation, azimuth, factor))
             return Calibration(lamp_distance=self.lamp_distance).applied(photograph, elevation, azimuth, 1.0)
-        factors = self._factors(photograph, factor)
-        if self.dark is None and self.gain is None and math.isinf(self.lamp_distance) and (factors == 1).all():
+        if self.leaves(photograph, factor):
             return photograph
+        factors = self._factors(photograph, factor)
         self._check_size(photograph)
         radiance, saturated = np.empty_like(photograph.radiance), photograph.saturated.copy()
         for first in range(0, len(radiance), _BAND_ROWS):
@@ -101,6 +101,11 @@ class Calibration:
             if frame is not None:
                 release(frame)
         return replace(photograph, radiance=radiance, saturated=saturated)
+
+    def leaves(self, photograph: Photograph, factor: float) -> bool:
+        """True where a photograph stays as it is."""
+        is_plain = self.is_by_pixel and self.dark is None and self.gain is None and math.isinf(self.lamp_distance)
+        return is_plain and bool((self._factors(photograph, factor) == 1).all())
 
     @property
     def is_by_pixel(self) -> bool:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -39,6 +39,19 @@ WhiteBalance = Literal["camera", "none"] | Sequence[float]
 
 #: Address space of a decoder of photographs: enough for the 200 megapixels that are read at most, in 16 bits.
 _MEMORY_BYTES = 10 * GIBIBYTE
+
+
+#: What `read_photograph` does where nothing else is asked for.
+OPTIONS: Mapping[str, Any] = {
+    "white_balance": "camera",
+    "transfer": "auto",
+    "half_size": False,
+    "orientation": 0,
+    "white_code": 0,
+    "bands": (),
+    "white_samples": (),
+    "keep_codes": False,
+}
 
 
 class Unreadable(InputError):
@@ -149,26 +162,31 @@ class Reading:
         if isinstance(white_balance, str) and white_balance not in ("camera", "none"):
             raise ValueError(f"unknown white balance {white_balance!r}")
         self._path = Path(path)
-        self._decoding = Decoding(
-            "engine.capture.photograph.decode:decode_photograph",
-            path,
-            white_balance=white_balance if isinstance(white_balance, str) else [float(v) for v in white_balance],
-            transfer=transfer,
-            half_size=half_size,
-            orientation=orientation,
-            white_code=white_code,
-            bands=list(bands),
-            white_samples=[float(value) for value in white_samples],
-            keep_codes=keep_codes,
-            memory_bytes=_MEMORY_BYTES,
-        )
+        options: dict[str, Any] = {
+            "white_balance": white_balance if isinstance(white_balance, str) else [float(v) for v in white_balance],
+            "transfer": transfer,
+            "half_size": half_size,
+            "orientation": orientation,
+            "white_code": white_code,
+            "bands": list(bands),
+            "white_samples": [float(value) for value in white_samples],
+            "keep_codes": keep_codes,
+        }
+        self._known = _ask_supplies(self._path, options)
+        self._decoding: Decoding | None = None
+        if self._known is None:
+            name = "engine.capture.photograph.decode:decode_photograph"
+            self._decoding = Decoding(name, path, **options, memory_bytes=_MEMORY_BYTES)
 
     def wait(self, timeout_s: float) -> bool:
         """Wait for at most `timeout_s`; True if the photograph has been read, or cannot be."""
-        return self._decoding.wait(timeout_s)
+        return self._decoding is None or self._decoding.wait(timeout_s)
 
     def photograph(self) -> Photograph:
         """The photograph, waited for."""
+        if self._known is not None:
+            return self._known
+        assert self._decoding is not None
         try:
             reply = self._decoding.result()
         except InputError as error:
@@ -182,7 +200,29 @@ class Reading:
 
     def close(self) -> None:
         """Stop reading."""
-        self._decoding.cancel()
+        if self._decoding is not None:
+            self._decoding.cancel()
+
+
+#: A function that gives a photograph, as it is decoded with these options, or None where it does not have it.
+Supply = Callable[[Path, Mapping[str, Any]], Photograph | None]
+
+_supplies: list[Supply] = []
+
+
+def add_supply(supply: Supply) -> None:
+    """Ask `supply` for each photograph before it is decoded."""
+    _supplies.append(supply)
+
+
+def drop_supply(supply: Supply) -> None:
+    """Ask `supply` no more; nothing where it was not asked."""
+    if supply in _supplies:
+        _supplies.remove(supply)
+
+
+def _ask_supplies(path: Path, options: Mapping[str, Any]) -> Photograph | None:
+    return next((found for supply in tuple(_supplies) if (found := supply(path, options)) is not None), None)
 
 
 def _build(**fields: Any) -> Photograph:
