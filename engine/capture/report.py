@@ -167,9 +167,7 @@ def report(
     """
     several = azimuth_spread(azimuth) > ONE_ARC
     findings = [
-        *_about_light(names, qualities),
-        *_about_noise(names, mean_radiance, qualities),
-        *_about_focus(names, qualities),
+        *judge_each(names, mean_radiance, qualities),
         *_about_alignment(names, qualities),
         *([] if several else [_about_order(names, mean_radiance)]),
         *_about_prediction(names, mean_radiance, qualities, several),
@@ -186,6 +184,15 @@ def report(
     if residuals:
         figures["alignment_residual_px"] = max(residuals)
     return Health(figures, tuple(findings))
+
+
+def judge_each(names: Sequence[str], mean_radiance: NDArray[np.float64], qualities: Sequence[Quality]) -> list[Finding]:
+    """Findings on the light, the noise and the focus of photographs, also while others are still missing."""
+    return [
+        *_about_light(names, qualities),
+        *_about_noise(names, mean_radiance, qualities),
+        *_about_focus(names, qualities),
+    ]
 
 
 def _about_light(names: Sequence[str], qualities: Sequence[Quality]) -> list[Finding]:

@@ -25,6 +25,17 @@ def stem_of(path: Path) -> str:
     return Path(comparable(path.name)).stem.casefold()
 
 
+def stem_name(name: str) -> str:
+    """The name without its extension, in small letters: RAW files are often listed as the JPEG that was made."""
+    return re.sub(r"\.[a-z0-9]{1,5}$", "", comparable(name).casefold())
+
+
+def number_of(name: str) -> int | None:
+    """The last number in a name; None without one."""
+    numbers: list[str] = re.findall(r"\d{1,18}", stem_name(name))
+    return int(numbers[-1]) if numbers else None
+
+
 def join_names(names: Sequence[str], limit: int = 5) -> str:
     """The names with commas, the first few of many."""
     more = f" and {len(names) - limit} more" if len(names) > limit else ""

@@ -10,14 +10,22 @@ the number at their end, else in the order of the lines, and what was done is sa
 from __future__ import annotations
 
 import math
-import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from engine.capture.lights.file_names import angles_with_words, bare_angles, comparable, join_names, natural, printable
+from engine.capture.lights.file_names import (
+    angles_with_words,
+    bare_angles,
+    comparable,
+    join_names,
+    natural,
+    number_of,
+    printable,
+    stem_name,
+)
 from engine.capture.lights.folder import capture_files
 from engine.capture.lights.light_file import read_lights
 from engine.capture.lights.light_positions import Light, read_dome, read_light_positions
@@ -158,14 +166,15 @@ def _from_calibrated_lights(path: Path, photographs: list[Path]) -> Stated:
 
 def _find_pairs(path: Path, photographs: list[Path], lights: Sequence[Light]) -> tuple[list[Light], list[Finding]]:
     """The light of each photograph, and what to say where its name is not that of the photograph."""
-    for key, words in ((comparable, ""), (_stem, "without their extensions"), (_last_number, "by their numbers alone")):
+    without, numbers = "without their extensions", "by their numbers alone"
+    for key, words in ((comparable, ""), (stem_name, without), (number_of, numbers)):
         by_key = {key(light.name): light for light in lights}
         keys = [key(photograph.name) for photograph in photographs]
         if len(by_key) == len(lights) == len(set(keys)) and by_key.keys() == set(keys) and None not in by_key:
             chosen = [by_key[one] for one in keys]
             return chosen, [_about_names(path, photographs, chosen, words)] if words else []
-    known = {_stem(light.name) for light in lights}
-    if len(lights) != len(photographs) or any(_stem(photograph.name) in known for photograph in photographs):
+    known = {stem_name(light.name) for light in lights}
+    if len(lights) != len(photographs) or any(stem_name(photograph.name) in known for photograph in photographs):
         _match(path, photographs, {comparable(one.name): f"line {one.line} ({one.name})" for one in lights})
     return list(lights), [_about_names(path, photographs, lights, "in the order of its lines")]
 
@@ -176,16 +185,6 @@ def _about_names(path: Path, photographs: list[Path], chosen: Sequence[Light], w
         f"names other files than the photographs; they were matched {words}: {first}, {last}. Check that this is right"
     )
     return Finding(Verdict.NOTE if words.startswith("without") else Verdict.WARNING, text, path.name)
-
-
-def _stem(name: str) -> str:
-    """The name without its extension, in small letters: RAW files are often listed as the JPEG that was made."""
-    return re.sub(r"\.[a-z0-9]{1,5}$", "", comparable(name).casefold())
-
-
-def _last_number(name: str) -> int | None:
-    numbers: list[str] = re.findall(r"\d{1,18}", _stem(name))
-    return int(numbers[-1]) if numbers else None
 
 
 def _from_dome(path: Path, photographs: list[Path]) -> Stated:

@@ -393,14 +393,23 @@ def belongs(entry: Path) -> bool:
     return not entry.name.startswith(".") and (suffix in known or entry.name.lower() == CAPTURE_FILE)
 
 
+def is_set_aside(file: Path) -> bool:
+    """True for a photograph that by its name is a white reference, a dark frame or a mask."""
+    return _aside(file) is not None
+
+
+def _aside(file: Path) -> re.Match[str] | None:
+    stem = file.stem.rstrip(string.digits)
+    return _SET_ASIDE.fullmatch(stem[:-1] if stem.endswith(tuple(" _.-")) else stem)
+
+
 def _sort_out(place: Path, files: list[Path], capture: CaptureFile | None) -> _Files:
     """The files that count, the calibration frames, and a finding for each that is not a photograph of the sample."""
     kept: list[Path] = []
     findings: list[Finding] = []
     frames = {kind: _find_stated(place, files, name) for kind, name in _frame_names(capture).items()}
     for file in files:
-        stem = file.stem.rstrip(string.digits)
-        aside = _SET_ASIDE.fullmatch(stem[:-1] if stem.endswith(tuple(" _.-")) else stem)
+        aside = _aside(file)
         if file in frames.values():
             continue
         if file.suffix.lower() in unread_suffixes():
