@@ -90,7 +90,7 @@ class BrdfPanel(Rows):
             self.form.follow(self.choice)
         self.form.show_instance(brdf)
         self.form.setVisible(measured is None)
-        is_of_maps = project.material.pbr is not None and project.material.pbr.layers is None
+        is_of_maps = project.material.pbr is not None and project.material.pbr.openpbr is None
         self.again.setVisible(is_of_maps)
         if AGAIN in self.form.editors:  # the BRDF at the mean of maps follows these
             self.form.show_row(self.form.editors[AGAIN], not is_of_maps)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import brdf_from_text, brdf_to_text
+from engine.brdf.models.microfacet import MetallicRoughness
 from engine.brdf.models.openpbr import OpenPbr
 from engine.bundle.manifest import PBR
 from engine.bundle.maps import Produce, maps_member
@@ -100,7 +101,7 @@ def read_pbr(archive: Archive, manifest: Manifest) -> PbrMaps | None:
     )
 
 
-def _layers(archive: Archive, text: str) -> OpenPbr:
+def _layers(archive: Archive, text: str) -> OpenPbr | MetallicRoughness:
     """The layers that a record says; InputError for another model."""
     try:
         found = brdf_from_text(text)
@@ -108,8 +109,8 @@ def _layers(archive: Archive, text: str) -> OpenPbr:
         raise InputError(
             archive.path, f"states layers that there are not ({error})", "Export the bundle again"
         ) from None
-    if not isinstance(found, OpenPbr):
-        raise InputError(archive.path, "states layers that are no OpenPBR model", "Export the bundle again")
+    if not isinstance(found, OpenPbr | MetallicRoughness):
+        raise InputError(archive.path, "states layers that are no OpenPBR model or coat", "Export the bundle again")
     return found
 
 

@@ -40,7 +40,7 @@ from engine.brdf.table import HalfDifferenceTable
 from engine.core.directions import normalize, surface_direction
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
-from engine.exchange.layers import openpbr_inputs
+from engine.exchange.layers import gltf_values, openpbr_inputs
 from engine.exchange.loss import Shown, brdf_loss
 from engine.exchange.subject import Contents, Settings, Subject
 
@@ -91,7 +91,9 @@ def contents(subject: Subject, _settings: Settings, _loss: str) -> Steps[Content
             away = f"{percent(errors[f'{name}.mtlx'], 3)} away (relative RMSE of f cos)"
             warnings.append(f"{name}.mtlx leaves out the rotation of the anisotropy, {away}")
     else:
-        found = yield from part(fit(data, MetallicRoughness()), 0.55, 0.95)
+        own = brdf if isinstance(brdf, MetallicRoughness) else MetallicRoughness()
+        start = MetallicRoughness(coat_weight=own.coat_weight, coat_roughness=own.coat_roughness)
+        found = yield from part(fit(data, start), 0.55, 0.95)
         nearest, error = found.brdf, found.after.rmse_rel
         files[f"{name}.mtlx"] = materialx(name, found.brdf, error)
         errors[f"{name}.mtlx"] = error
@@ -195,6 +197,7 @@ def materialx(name: str, fitted: MetallicRoughness, error: float) -> bytes:
         ("base_color", "color3", colour),
         ("metallic", "float", f"{fitted.metallic:.6g}"),
         ("roughness", "float", f"{fitted.roughness:.6g}"),
+        *((name, "float", f"{value:.6g}") for name, value in gltf_values(fitted, fitted.roughness).items()),
     ]
     return _document(name, "gltf_pbr", words, inputs)
 

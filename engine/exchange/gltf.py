@@ -16,14 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import engine
-from engine.brdf.models.openpbr import OpenPbr
 from engine.core.colour import srgb_encode
 from engine.core.directions import normalize
 from engine.core.steps import Step, Steps
 from engine.exchange.coding import encode
-from engine.exchange.layers import gltf_extensions, gltf_roughness_factor, gltf_values, gltf_warnings
-from engine.exchange.readers.layers import gltf_values as read_values
-from engine.exchange.readers.layers import has_layers, layers_of
+from engine.exchange.layers import Layers, gltf_extensions, gltf_roughness_factor, gltf_values, gltf_warnings
+from engine.exchange.readers.layers import gltf_layers
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.exchange.textures import common_warnings, ior_of, pack
 from engine.geometry.mesh import Mesh
@@ -74,14 +72,13 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     return Contents({f"{subject.name}.glb": file}, 9.0, warnings)
 
 
-def read_back(maps: PbrMaps) -> OpenPbr | None:
+def read_back(maps: PbrMaps) -> Layers | None:
     """The layers of the maps as readers of glTF get them back, at the mean roughness."""
     if maps.layers is None:
         return None
     mean = float(maps.roughness.mean(dtype=np.float64))
     given = gltf_values(maps.layers, mean)
-    values, _, _ = read_values(given, mean * gltf_roughness_factor(maps.layers, mean))
-    return layers_of(values) if has_layers(values) else None
+    return gltf_layers(given, mean * gltf_roughness_factor(maps.layers, mean))[0]
 
 
 def _extensions(subject: Subject, images: dict[str, bytes]) -> dict[str, Any]:

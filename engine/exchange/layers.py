@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from engine.brdf.models.microfacet import MetallicRoughness
 from engine.brdf.models.openpbr import OpenPbr, base_width, two_widths
 from engine.core.params import parameters
 
@@ -20,9 +21,19 @@ _OF_MAPS = ("base_color", "base_metalness", "specular_roughness", "specular_ior"
 #: Colours that count as white.
 WHITE = 1.0 - 1e-3
 
+#: What maps may have over their base.
+Layers = OpenPbr | MetallicRoughness
 
-def openpbr_inputs(layers: OpenPbr, omitted: tuple[str, ...] = _OF_MAPS) -> Iterator[tuple[str, str, str]]:
-    """Name, type and value of the inputs of `open_pbr_surface` that are not at their default."""
+
+def openpbr_inputs(layers: Layers, omitted: tuple[str, ...] = _OF_MAPS) -> Iterator[tuple[str, str, str]]:
+    """Name, type and value of the inputs of `open_pbr_surface` that are not at their default.
+
+    A clear coat of glTF is the nearest coat of OpenPBR.
+    """
+    if isinstance(layers, MetallicRoughness):
+        layers = OpenPbr(
+            coat_weight=layers.coat_weight, coat_roughness=layers.coat_roughness, coat_ior=1.5, coat_darkening=0.0
+        )
     for each in parameters(layers):
         value = getattr(layers, each.name)
         usual = 0.0 if each.name.endswith("anisotropy") else each.default
@@ -34,11 +45,13 @@ def openpbr_inputs(layers: OpenPbr, omitted: tuple[str, ...] = _OF_MAPS) -> Iter
             yield each.name, "float", f"{value:.6g}"
 
 
-def gltf_values(layers: OpenPbr, roughness: float) -> dict[str, Any]:
-    """Values of glTF's layers by the names that `engine.exchange.readers.layers.gltf_values` reads, without zeros."""
+def gltf_values(layers: Layers, roughness: float) -> dict[str, Any]:
+    """Values of glTF's layers by the names that `engine.exchange.readers.layers.gltf_layers` reads, without zeros."""
     found: dict[str, Any] = {}
     if layers.coat_weight:
         found |= {"clearcoat": layers.coat_weight, "clearcoat_roughness": layers.coat_roughness}
+    if isinstance(layers, MetallicRoughness):
+        return found
     if layers.fuzz_weight:
         found["sheen_color"] = tuple(layers.fuzz_weight * channel for channel in layers.fuzz_color)
         found["sheen_roughness"] = layers.fuzz_roughness
@@ -55,15 +68,15 @@ def gltf_values(layers: OpenPbr, roughness: float) -> dict[str, Any]:
     return found
 
 
-def gltf_roughness_factor(layers: OpenPbr | None, roughness: float) -> float:
+def gltf_roughness_factor(layers: Layers | None, roughness: float) -> float:
     """The factor on the roughness that glTF's anisotropy wants: its α is the width across."""
-    if layers is None or not layers.anisotropies[0]:
+    if not isinstance(layers, OpenPbr) or not layers.anisotropies[0]:
         return 1.0
     width = base_width(roughness, layers)
     return float(two_widths(width, layers.anisotropies[0])[1] / width) ** 0.5
 
 
-def gltf_extensions(layers: OpenPbr | None, roughness: float) -> dict[str, Any]:
+def gltf_extensions(layers: Layers | None, roughness: float) -> dict[str, Any]:
     """`extensions` of a glTF material for layers over a base of this mean roughness."""
     if layers is None:
         return {}
@@ -96,10 +109,12 @@ def gltf_extensions(layers: OpenPbr | None, roughness: float) -> dict[str, Any]:
     return found
 
 
-def name_layers(layers: OpenPbr | None) -> list[str]:
+def name_layers(layers: Layers | None) -> list[str]:
     """Return words for the layers that are seen."""
     if layers is None:
         return []
+    if isinstance(layers, MetallicRoughness):
+        return ["clear coat"] if layers.coat_weight else []
     said = {
         "clear coat": layers.coat_weight > 0.0,
         "fuzz": layers.fuzz_weight > 0.0,
@@ -111,21 +126,29 @@ def name_layers(layers: OpenPbr | None) -> list[str]:
     return [words for words, is_seen in said.items() if is_seen]
 
 
-def gltf_warnings(layers: OpenPbr | None) -> tuple[str, ...]:
+def openpbr_warnings(layers: Layers | None) -> tuple[str, ...]:
+    """A sentence on a clear coat of glTF, which OpenPBR shows otherwise; none where there is none."""
+    said = "the clear coat of glTF is written as OpenPBR's coat, which is another lobe"
+    return (said,) if isinstance(layers, MetallicRoughness) and layers.coat_weight else ()
+
+
+def gltf_warnings(layers: Layers | None) -> tuple[str, ...]:
     """Sentences on what glTF's extensions have no place for, or show otherwise."""
-    if layers is None:
+    if not isinstance(layers, OpenPbr):
         return ()
     said = []
     if layers.fuzz_weight:
         said.append("fuzz is written as sheen, which is another lobe")
     if layers.coat_weight and (min(layers.coat_color) < WHITE or abs(layers.coat_ior - 1.5) > 1e-3):
         said.append("the coat has no colour here, and the index 1.5")
+    if layers.coat_weight:
+        said.append("the coat is written as a clear coat, which is another lobe")
     if layers.base_diffuse_roughness or layers.base_weight < WHITE or layers.specular_weight < WHITE:
         said.append("diffuse roughness and weights of the base are left out")
     return tuple(said)
 
 
-def none_warnings(layers: OpenPbr | None) -> tuple[str, ...]:
+def none_warnings(layers: Layers | None) -> tuple[str, ...]:
     """A sentence on layers that a target has no place for; none where there are none."""
     seen = name_layers(layers)
     return (f"layers are left out: {', '.join(seen)}",) if seen else ()

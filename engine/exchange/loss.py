@@ -165,7 +165,8 @@ def maps_shown(maps: PbrMaps, gain: float = 1.0) -> Shown:
         wo = np.einsum("nij,ni->nj", bent.frame, np.einsum("nij,nj->ni", view.frame, view.wo))
         for lit, wi, irradiance in find_lit_points(bent, lights):
             there = (at[0][lit], at[1][lit])
-            f = reflect_maps(
+            upright = np.einsum("nij,ni->nj", bent.frame[lit], view.frame[lit, :, 2])
+            product = reflect_maps(
                 maps,
                 wi,
                 wo[lit],
@@ -173,8 +174,9 @@ def maps_shown(maps: PbrMaps, gain: float = 1.0) -> Shown:
                 maps.roughness[there],
                 maps.metallic[there],
                 maps.f0[there],
+                upright,
             )
-            value[lit] += f * wi[:, 2:] * irradiance
+            value[lit] += product * irradiance
         return gain * value
 
     return show

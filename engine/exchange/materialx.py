@@ -19,7 +19,7 @@ import engine
 from engine.core.colour import ACESCG, LUMINANCE
 from engine.core.steps import Step, Steps
 from engine.exchange.coding import encode, encode_base_colour
-from engine.exchange.layers import gltf_values, gltf_warnings, openpbr_inputs
+from engine.exchange.layers import gltf_values, gltf_warnings, openpbr_inputs, openpbr_warnings
 from engine.exchange.subject import Contents, Files, Settings, Subject
 from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, pack
 from engine.surface.pbr_maps import PbrMaps
@@ -50,7 +50,8 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
         warnings = (*warnings, "the OpenPBR surface has no ambient occlusion; the glTF PBR surface has it")
     nodes = [(node, kind, space) for node, kind, _, space in known]
     warnings = (*warnings, *(f"the glTF PBR surface: {words}" for words in gltf_warnings(subject.maps.layers)))
-    if subject.maps.layers is not None and subject.maps.layers.anisotropies[2]:
+    warnings = (*warnings, *(f"the OpenPBR surface: {words}" for words in openpbr_warnings(subject.maps.layers)))
+    if subject.maps.openpbr is not None and subject.maps.openpbr.anisotropies[2]:
         warnings = (*warnings, "the OpenPBR surface: the rotation of the anisotropy is left out")
     hexagonal = settings.tiling_mode == "hex"
     if hexagonal:

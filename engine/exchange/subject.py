@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.brdf.models.openpbr import OpenPbr
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent
 from engine.exchange.coding import Coding, Handedness, round_values
+from engine.exchange.layers import Layers
 from engine.exchange.loss import Shown, maps_shown
 from engine.scene.credits import Credits
 from engine.scene.material import Material, compute_fit_error
@@ -68,7 +68,7 @@ class Subject:
         coding: Coding,
         f0: float | None = None,
         *,
-        layers: OpenPbr | Literal["own"] | None = "own",
+        layers: Layers | Literal["own"] | None = "own",
         omits_flat: bool = False,
     ) -> Shown:
         """The PBR maps as readers of textures get them back, one object for equal codings.

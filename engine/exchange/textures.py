@@ -244,7 +244,7 @@ def common_warnings(subject: Subject, places: Collection[str], *, holds_wide: bo
         count = count_regions(maps)
         said = (*said, f"the height has {count} regions, and the steps between them are unknown")
     if float(np.mean(maps.metallic * maps.roughness, dtype=np.float64)) > ROUGH_METAL:
-        again = maps.multiple_scattering or maps.layers is not None
+        again = maps.multiple_scattering or maps.openpbr is not None
         less = "up to a third darker where light between facets is left out, as in plain glTF"
         more = "up to half brighter where light between facets is added, as three.js does"
         said = (*said, f"rough metal looks {less if again else more}")

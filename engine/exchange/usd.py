@@ -17,12 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 import engine
-from engine.brdf.models.openpbr import OpenPbr
 from engine.core.directions import normalize
 from engine.core.steps import Step, Steps
 from engine.exchange.coding import encode
 from engine.exchange.gltf import REPEATS, ball_radius_m
-from engine.exchange.layers import name_layers, openpbr_inputs
+from engine.exchange.layers import Layers, name_layers, openpbr_inputs, openpbr_warnings
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, pack
 from engine.geometry.shapes import shape
@@ -63,6 +62,7 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     others = [words for words in name_layers(subject.maps.layers) if words != "clear coat"]
     if others:
         warnings = (*warnings, f"UsdPreviewSurface has no {', '.join(others)}; the layer of MaterialX has")
+    warnings = (*warnings, *(f"the layer of MaterialX: {words}" for words in openpbr_warnings(subject.maps.layers)))
     yield Step(0.9, "writing the preview sphere")
     maps, stated = [entry[1:] for entry in known], [*_credit_lines(settings.credits)]
     layer = "\n".join([*_layer(subject, maps, ior_of(mean), loss, settings.width_mm, stated), ""])
@@ -139,7 +139,7 @@ def _sphere(root: str) -> Iterator[str]:
     yield from ('        uniform token subdivisionScheme = "none"', "    }")
 
 
-def _preview(material: str, maps: list[tuple[str, str, str, str]], ior: float, layers: OpenPbr | None) -> Iterator[str]:
+def _preview(material: str, maps: list[tuple[str, str, str, str]], ior: float, layers: Layers | None) -> Iterator[str]:
     """UsdPreviewSurface with a texture for each map; normals are taken back from [0, 1] by scale and bias."""
     inputs = {"baseColor": "diffuseColor"}
     lines = ['uniform token info:id = "UsdPreviewSurface"']

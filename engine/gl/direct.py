@@ -383,12 +383,13 @@ class DirectRenderer:
             scene.near_lamps, None if scene.shading is not None else scene.pbr or scene.brdf
         )
         definitions |= _shadow_definitions(scene)
-        if scene.pbr is not None and scene.pbr.layers is not None:
+        if scene.pbr is not None and scene.pbr.openpbr is not None:
             definitions["PBR_LAYERS"] = "1"
-            layers = scene.pbr.layers.shader_definitions
+            layers = scene.pbr.openpbr.shader_definitions
             definitions |= {name: value for name, value in layers.items() if name not in OF_TEXELS}
-        elif scene.pbr is not None and not scene.pbr.multiple_scattering:
-            definitions["SINGLE_SCATTERING"] = "1"
+        elif scene.pbr is not None:
+            definitions |= {} if scene.pbr.multiple_scattering else {"SINGLE_SCATTERING": "1"}
+            definitions |= {} if scene.pbr.coat is None else {"PBR_COAT": "1"}
         elif scene.pbr is None and isinstance(scene.brdf, Model):
             definitions |= scene.brdf.shader_definitions
         definitions |= {"HEX_TILING": "1"} if scene.has_texels and scene.tiling_mode == "hex" else {}

@@ -230,6 +230,7 @@ class Shader:
             lower = np.maximum(detail[at] - finer, 0.0)
             texels = texels_at(maps, uv[at] + shift, lower, pbr).tint(None if tint is None else tint[at])
             bent = texels.bend_frames(frame[at], axes[at], wo[at])
+            texels = texels.in_frames(frame[at], bent)
             viewer = np.einsum("nij,ni->nj", bent, wo[at])
             value = np.zeros((len(viewer), 3))
             for weight, each in texels.parts():

@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.brdf.models.microfacet import MetallicRoughness
 from engine.brdf.models.multiple_scattering import SMOOTHEST
 from engine.brdf.models.openpbr import OpenPbr
 from engine.core.directions import dot, frames_along, normalize
 from engine.render.hex_tiling import Maps, blend, differences_at, normals_at
 from engine.render.mip_maps import filter_levels
-from engine.surface.layered import reflect_layers
+from engine.surface.layered import cover, reflect_layers
 from engine.surface.metallic_roughness import reflectance
 from engine.surface.normal_spread import ALIKE, reflect_spread, spread_slopes
 from engine.surface.pbr_maps import PbrMaps
@@ -43,7 +44,8 @@ class Texels:
     """The maps at N points: `base_colour` (N, 3), `roughness`, `metallic` and `f0` (N,), `normal` (N, 3) unit,
     with the covariance `spread` (N, 3) of the slopes that a point covers, and the `length` (N,) of their mean normal.
     `scatters_again` and `layers` are those of `PbrMaps`. `joint` (N, 3) and `apart` (N, 3) say how
-    texels below a point differ, as `pbr_levels` has them; None where they do not.
+    texels below a point differ, as `pbr_levels` has them; None where they do not. `upright` (N, 3) is the normal of the
+    surface in the frame that the map's bends, None where none has been bent.
     """
 
     base_colour: Floats
@@ -54,9 +56,10 @@ class Texels:
     spread: Floats
     length: Floats
     scatters_again: bool = False
-    layers: OpenPbr | None = None
+    layers: OpenPbr | MetallicRoughness | None = None
     joint: Floats | None = None
     apart: Floats | None = None
+    upright: Floats | None = None
 
     def scatter(self, points: Indices, count: int, among: Texels | None) -> Texels:
         """The same at the `points` (N,) of so many, beside those `among` them; nothing where texels differ within."""
@@ -85,7 +88,8 @@ class Texels:
         alone = replace(self, joint=None, apart=None)
         if self.joint is None or self.apart is None:
             return [(np.ones(len(self.roughness)), alone)]
-        by_metal = [(np.ones(len(self.roughness)), alone)] if self.layers is not None else self._parts_by_metal(alone)
+        is_open = isinstance(self.layers, OpenPbr)
+        by_metal = [(np.ones(len(self.roughness)), alone)] if is_open else self._parts_by_metal(alone)
         by_roughness = self._parts_by_roughness()
         return [
             (weight * share, replace(part, roughness=roughness))
@@ -138,11 +142,11 @@ class Texels:
         value, is_spread = np.empty((len(point), 3)), self.spread[point, 0] + self.spread[point, 1] > ALIKE
         even, spread = np.flatnonzero(~is_spread), np.flatnonzero(is_spread)
         if even.size:
-            value[even] = self.f(point[even], wi[even], wo[even]) * wi[even, 2:]
+            value[even] = self._f(point[even], wi[even], wo[even]) * wi[even, 2:]
         if spread.size:
             at = point[spread]
             there = self.base_colour[at], self.roughness[at], self.metallic[at], self.f0[at]
-            if self.layers is not None:
+            if isinstance(self.layers, OpenPbr):
                 variance = self.spread[at, 0] + self.spread[at, 1]
                 f = reflect_layers(self.layers, wi[spread], wo[spread], *there, variance)
                 value[spread] = f * np.maximum(wi[spread, 2:], 0.0)
@@ -150,14 +154,29 @@ class Texels:
             value[spread] = reflect_spread(
                 wi[spread], wo[spread], *there, self.spread[at], self.length[at], self.scatters_again
             )
-        return value
+        return self._cover(point, value, wi, wo)
 
-    def f(self, point: Indices, wi: Floats, wo: Floats) -> Floats:
-        """Values (K, 3) in 1/sr at the points (K,) for directions (K, 3) in their bent frames."""
+    def even_product(self, point: Indices, wi: Floats, wo: Floats) -> Floats:
+        """The same of the normals themselves, which do not differ within a point."""
+        return self._cover(point, self._f(point, wi, wo) * wi[:, 2:], wi, wo)
+
+    def _f(self, point: Indices, wi: Floats, wo: Floats) -> Floats:
+        """Values (K, 3) in 1/sr at the points (K,) for directions (K, 3) in their bent frames, but for a clear coat."""
         there = self.base_colour[point], self.roughness[point], self.metallic[point], self.f0[point]
-        if self.layers is not None:
+        if isinstance(self.layers, OpenPbr):
             return reflect_layers(self.layers, wi, wo, *there)
         return reflectance(wi, wo, *there, self.scatters_again)
+
+    def _cover(self, point: Indices, value: Floats, wi: Floats, wo: Floats) -> Floats:
+        """`value` (K, 3), f times the cosine, under a clear coat, whose normal is that of the surface."""
+        if not isinstance(self.layers, MetallicRoughness):
+            return value
+        assert self.upright is not None
+        return cover(self.layers, value, wi, wo, self.upright[point], self.scatters_again)
+
+    def in_frames(self, frame: Floats, bent: Floats) -> Texels:
+        """The same where normals bend frames (N, 3, 3) of the surface to those of `bend_frames`."""
+        return replace(self, upright=np.einsum("nij,ni->nj", bent, frame[..., 2]))
 
     def bend_frames(self, frame: Floats, axes: Floats, wo: Floats) -> Floats:
         """Frames (N, 3, 3) about the normals of the map, along the axes of the texture, from those of the surface.

@@ -118,6 +118,7 @@ class Reflector:
         axes = texture_axes(scene.mesh.positions[scene.mesh.faces[face]], corners, at.frame[..., 2])
         frame = texels.bend_frames(at.frame, axes, away)
         frame = frame if ground is None else np.where(ground[:, None, None], at.frame, frame)
+        texels = texels.in_frames(at.frame, frame)
         return replace(at, frame=frame, viewer=to_local(frame, away), texels=texels)
 
     def _texels(self, face: NDArray[np.int32], uv: Floats) -> Texels:
@@ -181,7 +182,7 @@ class Reflector:
 
     def _object(self, at: Points, index: Indices, wi: Floats) -> Floats:
         if at.texels is not None:
-            return self._reflect_texels(at, at.texels, index, wi) * wi[:, 2:]
+            return self._reflect_texels(at, at.texels, index, wi)
         f = self._f(wi, at.viewer[index], at.face[index])
         if self.scene.shading is None or len(index) == 0:
             return f * wi[:, 2:]
@@ -200,7 +201,7 @@ class Reflector:
             assert scene.pbr is not None
             points = np.flatnonzero(number == part) if len(scenes) > 1 else np.arange(len(index))
             own = texels.with_layers_of(scene.pbr)
-            value[points] = own.f(index[points], wi[points], at.viewer[index[points]])
+            value[points] = own.even_product(index[points], wi[points], at.viewer[index[points]])
         return value
 
     def _heading(self, at: Points, index: Indices, wi: Floats, corners: Floats) -> Floats:

@@ -115,17 +115,21 @@ class Material(Summary):
 
 
 def material_of_maps(maps: PbrMaps, name: str, health: Health | None = None) -> Material:
-    """A material of PBR maps, whose one BRDF is `metallic-roughness`, or OpenPBR under layers, at their mean."""
+    """A material of PBR maps, whose one BRDF is `metallic-roughness`, or the OpenPBR model of layers, at their mean."""
     base = tuple(round(float(mean), 5) for mean in maps.base_colour.mean(axis=(0, 1), dtype=np.float64))
     metallic, roughness = (round(float(each.mean(dtype=np.float64)), 5) for each in (maps.metallic, maps.roughness))
-    mean: Model = MetallicRoughness(
-        (base[0], base[1], base[2]), metallic, max(roughness, 0.01), float(maps.multiple_scattering)
+    mean: Model = replace(
+        maps.coat or MetallicRoughness(),
+        base_color=(base[0], base[1], base[2]),
+        metallic=metallic,
+        roughness=max(roughness, 0.01),
+        multiple_scattering=float(maps.multiple_scattering),
     )
-    if maps.layers is not None:
+    if maps.openpbr is not None:
         root = min(float(maps.f0.mean(dtype=np.float64)), MAX_F0) ** 0.5
-        largest = next(each.high for each in parameters(maps.layers) if each.name == "specular_ior")
+        largest = next(each.high for each in parameters(maps.openpbr) if each.name == "specular_ior")
         mean = replace(
-            maps.layers,
+            maps.openpbr,
             base_color=(base[0], base[1], base[2]),
             base_metalness=metallic,
             specular_roughness=roughness,
@@ -173,7 +177,7 @@ def set_multiple_scattering(material: Material, on: bool) -> Material:
     if material.pbr is None:
         raise ValueError("multiple scattering is that of PBR maps")
     maps = replace(material.pbr, multiple_scattering=on)
-    plain = [each.pbr is not None and each.pbr.layers is None for each in material.parts]
+    plain = [each.pbr is not None and each.pbr.openpbr is None for each in material.parts]
     parts = tuple(
         set_multiple_scattering(each, on) if has_none else each
         for each, has_none in zip(material.parts, plain, strict=True)

@@ -1,9 +1,12 @@
-"""The reflectance of PBR maps under layers: OpenPBR with colour, metalness, roughness and f0 of each texel.
+"""The reflectance of PBR maps under layers: OpenPBR with colour, metalness, roughness and f0 of each texel, or a coat.
 
-Coat, fuzz, film and what else a texel does not say are those of one `OpenPbr` for all. Where a pixel covers normals
-that differ, the variances of their slopes are added to the squares of the widths of highlights (Olano2010), which is
-coarser than what maps without layers have (`engine.surface.normal_spread`). Directions are in the frame of the normal,
-+z. Bound by arithmetic, some 0.6 µs a point.
+Coat, fuzz, film and what else a texel does not say are those of one `OpenPbr` for all. The clear coat of glTF lies over
+any texel, about the normal of the surface whatever the map of normals (`engine.brdf.models.clear_coat`).
+
+Where a pixel covers normals that differ, the variances of their slopes are added to the squares of the widths of
+OpenPBR's highlights (Olano2010), which is coarser than what maps without layers have
+(`engine.surface.normal_spread`). Directions are in the frame of the normal, +z. Bound by arithmetic, some 0.6 µs a
+point.
 """
 
 from __future__ import annotations
@@ -11,6 +14,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from engine.brdf.models.clear_coat import coat_lobe, coat_share
+from engine.brdf.models.microfacet import MetallicRoughness
 from engine.brdf.models.openpbr import Base, OpenPbr, base_width, coat_widths, reflect, two_widths
 from engine.surface.metallic_roughness import reflectance
 from engine.surface.pbr_maps import PbrMaps
@@ -19,6 +24,9 @@ Floats = NDArray[np.float64]
 
 #: Largest f0 that an index of refraction stands for.
 MAX_F0 = 0.9
+
+#: The normal of the surface where none bends it.
+UP = np.array([0.0, 0.0, 1.0])
 
 
 def reflect_layers(
@@ -43,8 +51,7 @@ def reflect_layers(
     wi, wo = np.broadcast_arrays(np.asarray(wi, np.float64), np.asarray(wo, np.float64))
     shape = wi.shape[:-1]
     seen = (wi[..., 2] > 0.0) & (wo[..., 2] > 0.0)
-    up = np.array([0.0, 0.0, 1.0])
-    light, viewer = (np.where(seen[..., None], side, up).reshape(-1, 3).T for side in (wi, wo))
+    light, viewer = (np.where(seen[..., None], side, UP).reshape(-1, 3).T for side in (wi, wo))
     colour = np.broadcast_to(np.asarray(base_colour, np.float64), (*shape, 3)).reshape(-1, 3).T
     each = [np.broadcast_to(np.asarray(values, np.float64), shape).ravel() for values in (roughness, metallic, f0)]
     spread = np.broadcast_to(np.asarray(variance, np.float64), shape).ravel()
@@ -64,11 +71,41 @@ def reflect_maps(
     roughness: ArrayLike,
     metallic: ArrayLike,
     f0: ArrayLike,
+    upright: ArrayLike = UP,
 ) -> Floats:
-    """f (..., 3) of texels of `maps` with these values, under its layers where it has any."""
-    if maps.layers is not None:
-        return reflect_layers(maps.layers, wi, wo, base_colour, roughness, metallic, f0)
-    return reflectance(wi, wo, base_colour, roughness, metallic, f0, maps.multiple_scattering)
+    """f times the cosine (..., 3) of texels of `maps` with these values, under its layers where it has any.
+
+    `upright` (..., 3) is the normal of the surface in the frame of the directions, whose +z is that of the map.
+    """
+    cosine = np.maximum(np.asarray(wi)[..., 2:], 0.0)
+    if maps.openpbr is not None:
+        return reflect_layers(maps.openpbr, wi, wo, base_colour, roughness, metallic, f0) * cosine
+    value = reflectance(wi, wo, base_colour, roughness, metallic, f0, maps.multiple_scattering) * cosine
+    if maps.coat is None:
+        return value
+    return cover(maps.coat, value, wi, wo, upright, maps.multiple_scattering)
+
+
+def cover(
+    coat: MetallicRoughness, value: Floats, wi: Floats, wo: Floats, upright: ArrayLike, scatters_again: bool
+) -> Floats:
+    """`value` (..., 3), f times the cosine of what lies below, under a clear coat.
+
+    Parameters
+    ----------
+    coat : of which the weight and the roughness of the coat count.
+    wi, wo, upright : (..., 3) unit directions that broadcast, to the light, the viewer and along the coat's normal.
+    """
+    wi, wo, upright = np.broadcast_arrays(np.asarray(wi, np.float64), wo, upright)
+    light, viewer = np.sum(wi * upright, axis=-1), np.sum(wo * upright, axis=-1)
+    share = np.asarray(coat_share(viewer, coat.coat_weight))
+    lit = (light > 0.0) & (viewer > 0.0)
+    lobe = np.zeros(lit.shape)
+    both = (wi + wo)[lit]
+    aside = np.cross(upright[lit], both)
+    sine2 = np.sum(aside * aside, axis=-1) / np.sum(both * both, axis=-1)
+    lobe[lit] = light[lit] * coat_lobe(light[lit], viewer[lit], sine2, coat.coat_roughness, float(scatters_again))
+    return np.asarray((1.0 - share)[..., None] * value + (share * lobe)[..., None])
 
 
 def _widen(widths: tuple[ArrayLike, ArrayLike], variance: Floats) -> tuple[Floats, Floats]:

@@ -14,6 +14,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.brdf.models.microfacet import MetallicRoughness
 from engine.brdf.models.openpbr import OpenPbr
 from engine.core.colour import REC_709, WorkingSpace, working_space
 from engine.core.figure_text import number, percent
@@ -126,7 +127,9 @@ class PbrMaps(Summary):
     mask : (H, W) 1 where the surface is, 0 for background, of which nothing is known; None where all is surface.
     multiple_scattering : True if light that facets scatter more than once is beside their highlight, as materials of
         other programs want it; False for maps that were fitted to photographs, whose highlight holds it already.
-    layers : what lies over the base, the same at all texels (`engine.surface.layered`); None for nothing.
+    layers : what lies over the base, the same at all texels (`engine.surface.layered`); None for nothing. An OpenPBR
+        model is the whole of what texels reflect, whose base alone is that of the maps; of `metallic-roughness` the
+        clear coat counts, which glTF lays over the maps.
     wide : the base colours in a wider space, in which the maps were made; None for Rec.709.
     """
 
@@ -143,7 +146,7 @@ class PbrMaps(Summary):
     region: Map | None = None
     mask: Map | None = None
     multiple_scattering: bool = False
-    layers: OpenPbr | None = None
+    layers: OpenPbr | MetallicRoughness | None = None
     wide: WideColours | None = None
 
     def __post_init__(self) -> None:
@@ -167,6 +170,16 @@ class PbrMaps(Summary):
                 if (sigma is None) != (getattr(self, name) is None):
                     raise ValueError(f"{name} and its uncertainty must both be known or not")
                 _check_sigma(name, sigma, (*shape, 3) if name == "base_colour" else shape)
+
+    @property
+    def coat(self) -> MetallicRoughness | None:
+        """The clear coat of glTF; None where there is none, or an OpenPBR model in its place."""
+        return self.layers if isinstance(self.layers, MetallicRoughness) else None
+
+    @property
+    def openpbr(self) -> OpenPbr | None:
+        """The OpenPBR model that texels are; None where they are the base, or it and a clear coat."""
+        return self.layers if isinstance(self.layers, OpenPbr) else None
 
     @property
     def size(self) -> tuple[int, int]:

@@ -331,7 +331,7 @@ def _adapt(scene: Scene, arguments: argparse.Namespace) -> Scene:
     if arguments.single_scattering:
         if scene.material is None or scene.pbr is None:
             raise UsageError("--single-scattering needs a material of PBR maps")
-        if scene.pbr.layers is not None:
+        if scene.pbr.openpbr is not None:
             raise UsageError("--single-scattering is for PBR maps without layers: OpenPBR always scatters again")
         scene = replace(scene, material=set_multiple_scattering(scene.material, on=False))
     mode = arguments.mode or ("direct" if scene.material is None else "")

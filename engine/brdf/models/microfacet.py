@@ -11,11 +11,12 @@ The anisotropic Phong model of Ashikhmin and Shirley. GLSL counterpart: resource
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.brdf.models.clear_coat import F0, coat_lobe, coat_share
 from engine.brdf.models.evaluate import (
     channels,
     diffuse_and_highlight,
@@ -135,7 +136,8 @@ class MetallicRoughness(Model):
     c = (1 − metallic) base_color, f0 = lerp(0.04, base_color, metallic), F Schlick(f0),
     f = (1 − F) c/π + F D G/(4 n·l n·v) with the appendix's G, the product of two Smith terms. This is the appendix's
     combined form; mixing its metal and its dielectric gives the same at metallic 0 and 1. The appendix loses light that
-    facets scatter more than once; `multiple_scattering` is the share of it that is added (Kulla2017).
+    facets scatter more than once; `multiple_scattering` is the share of it that is added (Kulla2017). Over it lies the
+    clear coat of KHR_materials_clearcoat (`engine.brdf.models.clear_coat`), with which the model is not reciprocal.
     """
 
     name: ClassVar[str] = "metallic-roughness"
@@ -151,22 +153,37 @@ class MetallicRoughness(Model):
         doc="Share of the light scattered again between facets that is added: 0 in glTF, 1 in full.",
         fitted=False,
     )
+    coat_weight: float = param(0.0, 0.0, 1.0, doc="Coverage of the clear coat.", fitted=False)
+    coat_roughness: float = param(0.0, 0.0, 1.0, doc="Root of the width of the coat's highlight.", fitted=False)
+
+    @property
+    def reciprocal(self) -> bool:
+        """Without a coat, whose share follows the viewer's cosine alone."""
+        return self.coat_weight == 0.0
 
     @property
     def energy_conserving(self) -> bool:
-        """Metals and black dielectrics are; a diffuse part exceeds 1 towards grazing, where the highlight goes to 1."""
-        return self.metallic == 1.0 or not any(self.base_color)
+        """Metals and black dielectrics are; a diffuse part exceeds 1 towards grazing, where the highlight goes to 1.
+
+        Of a coat that is so of what a viewer sees of even light, not of what leaves in all directions.
+        """
+        return self.coat_weight == 0.0 and (self.metallic == 1.0 or not any(self.base_color))
 
     @property
     def shader_definitions(self) -> dict[str, str]:
-        """The lobe of further reflections is left out where it is not asked for."""
-        return {} if self.multiple_scattering else {"SINGLE_SCATTERING": "1"}
+        """The lobe of further reflections is left out where it is not asked for, and so is the coat."""
+        left_out = {"SINGLE_SCATTERING": not self.multiple_scattering, "NO_COAT": not self.coat_weight}
+        return {name: "1" for name, is_left_out in left_out.items() if is_left_out}
 
     def sampling_lobes(self) -> Lobes:
         alpha, base = self.roughness**2, grey(self.base_color)
         f0 = 0.04 + (base - 0.04) * self.metallic
         again = self.multiple_scattering * f0**2 * float(SEPARABLE.mean_loss(max(alpha, SMOOTHEST**2)))
-        return [(VisibleGgxLobe(alpha, alpha), FRESNEL + f0)], base * (1.0 - self.metallic) + again
+        lobes: Any = [(VisibleGgxLobe(alpha, alpha), FRESNEL + f0)]
+        if self.coat_weight:
+            coat = max(self.coat_roughness, SMOOTHEST) ** 2
+            lobes.append((VisibleGgxLobe(coat, coat), self.coat_weight * (FRESNEL + F0)))
+        return lobes, base * (1.0 - self.metallic) + again
 
     def formula(self, wi: Floats, wo: Floats) -> Floats:
         alpha = self.roughness**2
@@ -177,10 +194,15 @@ class MetallicRoughness(Model):
         f0 = 0.04 + (base - 0.04) * self.metallic
         fresnel = f0 + (1.0 - f0) * schlick(wi, wo, length)
         value = (1.0 - fresnel) * ((1.0 - self.metallic) / np.pi * base) + fresnel * lobe
-        if self.multiple_scattering == 0.0:
+        if self.multiple_scattering > 0.0:
+            width = max(alpha, SMOOTHEST**2)
+            value = value + self.multiple_scattering * multiple_scattering(wi[2], wo[2], width, schlick_mean(f0))
+        if self.coat_weight == 0.0:
             return value
-        width = max(alpha, SMOOTHEST**2)
-        return value + self.multiple_scattering * multiple_scattering(wi[2], wo[2], width, schlick_mean(f0))
+        sine2 = (both[0] ** 2 + both[1] ** 2) / length**2
+        share = coat_share(wo[2], self.coat_weight)
+        coat = coat_lobe(wi[2], wo[2], sine2, self.coat_roughness, self.multiple_scattering)
+        return (1.0 - share) * value + share * coat
 
 
 def _fresnel(f0: Colour, grazing: Floats) -> Floats:

@@ -30,7 +30,7 @@ _BLACK = (0.0, 0.0, 0.0)
 
 
 class Brdf(Protocol):
-    """A BRDF. `energy_conserving` may depend on the parameters, the other two never do."""
+    """A BRDF. `isotropic` never depends on the parameters, the other two may."""
 
     @property
     def isotropic(self) -> bool: ...
@@ -75,7 +75,8 @@ class Model(Reflectance):
     label : the name that the window shows.
     form_of : name of the model whose text this one shares (`ggx`), where its parameters tell the two apart.
     shader : file of the GLSL counterpart; None for `resources/shaders/brdf/NAME.glsl`.
-    isotropic, reciprocal : as those of `Brdf`; a model states `energy_conserving` itself, as a constant or a property.
+    isotropic : as that of `Brdf`. reciprocal, energy_conserving : a model states them, as constants or properties; the
+        first is True by default.
     diffuse_parameter : name of the parameter whose value / π is the diffuse part of `f`, "" where none is.
     """
 
@@ -84,14 +85,20 @@ class Model(Reflectance):
     form_of: ClassVar[str] = ""
     shader: ClassVar[Path | None] = None
     isotropic: ClassVar[bool] = True
-    reciprocal: ClassVar[bool] = True
     diffuse_parameter: ClassVar[str] = ""
 
     if TYPE_CHECKING:
 
         @property
+        def reciprocal(self) -> Any:
+            """A constant of the class, or a property."""
+
+        @property
         def energy_conserving(self) -> Any:
             """A constant of the class, or a property."""
+
+    else:
+        reciprocal = True
 
     def __post_init__(self) -> None:
         check(self)

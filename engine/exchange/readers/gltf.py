@@ -21,7 +21,7 @@ from urllib.parse import unquote
 
 from engine.brdf.brdf import brdf_to_text
 from engine.core.errors import InputError
-from engine.exchange.readers.layers import gltf_values, has_layers, layers_of
+from engine.exchange.readers.layers import gltf_layers
 from engine.exchange.readers.textures import Channel, Described, Image, Input
 from engine.geometry.gltf import NO_MATERIAL, TexturePlace, has_materials, material_names, texture_places
 from engine.images.decode import TransferChoice
@@ -71,7 +71,10 @@ _READ = {
 _IMAGES = {"KHR_texture_basisu": "KTX2", "EXT_texture_webp": "WebP"}
 
 
-#: Factors of the extensions that are layers, by the name that `gltf_values` has for them, with their defaults.
+#: Textures of the weight of a clear coat, in red, and of its roughness, in green.
+_COAT_TEXTURES = ("clearcoatTexture", "clearcoatRoughnessTexture")
+
+#: Factors of the extensions that are layers, by the name that `gltf_layers` has for them, with their defaults.
 _LAYERS: dict[str, dict[str, tuple[str, tuple[float, ...]]]] = {
     "KHR_materials_clearcoat": {
         "clearcoatFactor": ("clearcoat", (0.0,)),
@@ -182,6 +185,8 @@ class _Reader:
             base = tuple(channel * max(1.0 - passing, 0.0) for channel in base)
         mean = roughness[0] * (0.5 if packed is not None else 1.0)
         layers, widened = self._layers(extensions, mean)
+        coat = _dict(extensions, "KHR_materials_clearcoat") if layers else {}
+        weight, rough = (coat.get(key) for key in _COAT_TEXTURES)
         return Described(
             name,
             base_colour=Input(base, self._image(pbr.get("baseColorTexture"), "auto")),
@@ -194,6 +199,8 @@ class _Reader:
             upwards="opengl",
             notes=tuple(self.notes),
             layers=layers,
+            coat=Input(image=self._image(weight, "linear", 0)) if weight else None,
+            coat_roughness=Input(image=self._image(rough, "linear", 1)) if rough else None,
         )
 
     def _describe_glossiness(self, material: dict[str, Any], owner: dict[str, Any], name: str) -> Described:
@@ -223,17 +230,16 @@ class _Reader:
             for key, (name, usual) in entries.items():
                 found = self._numbers(owner, key, usual)
                 given[name] = found if len(usual) == 3 else found[0]
-            textures = [key for key in owner if key.endswith("Texture") and key != "specularColorTexture"]
+            drawn = ("specularColorTexture", *_COAT_TEXTURES)
+            textures = [key for key in owner if key.endswith("Texture") and key not in drawn]
             if textures:
                 self.notes.append(f"{' and '.join(textures)} is passed over")
         colour = given.pop("specular_color")
         if _is_coloured(colour) and "specularColorTexture" not in _dict(extensions, "KHR_materials_specular"):
             given["specular_color"] = colour  # otherwise it is in f0
-        values, widened, notes = gltf_values(given, roughness)
-        if not has_layers(values):
-            return "", 1.0
+        layers, widened, notes = gltf_layers(given, roughness)
         self.notes += notes
-        return brdf_to_text(layers_of(values)), widened
+        return "" if layers is None else brdf_to_text(layers), widened
 
     def _f0(self, extensions: dict[str, Any]) -> Input:
         ior = self._numbers(_dict(extensions, "KHR_materials_ior"), "ior", (1.5,))[0]

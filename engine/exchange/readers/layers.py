@@ -2,7 +2,8 @@
 
 A layer is one for the whole material; of a texture of it the reader takes the factor, which it says. Where another
 standard has another lobe, the nearest is taken and named: glTF's and Standard Surface's sheen is drawn as fuzz. glTF's
-coat neither darkens nor roughens what it covers. Light that is transmitted is lost, and what is scattered below the
+clear coat alone is drawn as glTF has it, over the model of its own base; beside other layers it is OpenPBR's coat,
+which neither darkens nor roughens what it covers. Light that is transmitted is lost, and what is scattered below the
 surface leaves where it came, as from a diffuse surface of that colour: a BRDF has no other place.
 """
 
@@ -13,6 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import fields
 from typing import Any
 
+from engine.brdf.models.microfacet import MetallicRoughness
 from engine.brdf.models.openpbr import OpenPbr, OpenPbrAnisotropic
 from engine.core.params import Parameter, parameters
 
@@ -82,8 +84,20 @@ def standard_values(number: Number, colour: Colour) -> tuple[dict[str, Any], flo
     return values, ((1.0 + across * across) / (2.0 * across)) ** 0.25, notes
 
 
+def gltf_layers(given: dict[str, Any], roughness: float) -> tuple[OpenPbr | MetallicRoughness | None, float, list[str]]:
+    """Layers of glTF, None for none, the factor on the roughness, and what is another lobe; see `gltf_values`."""
+    values, factor, notes = gltf_values(given, roughness)
+    if has_layers({**values, "coat_weight": 0.0}):
+        return layers_of(values), factor, notes
+    if not values["coat_weight"]:
+        return None, 1.0, []
+    declared = {each.name: each for each in parameters(MetallicRoughness)}
+    coat = {name: _inside(declared[name], values[name]) for name in ("coat_weight", "coat_roughness")}
+    return MetallicRoughness(**coat), 1.0, []
+
+
 def gltf_values(given: dict[str, Any], roughness: float) -> tuple[dict[str, Any], float, list[str]]:
-    """Layers of glTF, the factor on the roughness, and what is another lobe.
+    """Layers of OpenPBR for those of glTF, the factor on the roughness, and what is another lobe.
 
     `given` has clearcoat, clearcoat_roughness, sheen_color, sheen_roughness, iridescence, iridescence_ior,
     iridescence_thickness in nm, anisotropy_strength and anisotropy_rotation in radians, as far as they are there.

@@ -23,7 +23,7 @@ import numpy as np
 from engine.brdf.brdf import brdf_to_text
 from engine.core.errors import InputError
 from engine.exchange.readers.colour_spaces import SPACES
-from engine.exchange.readers.layers import WEIGHTS, gltf_values, has_layers, layers_of, openpbr_values, standard_values
+from engine.exchange.readers.layers import WEIGHTS, gltf_layers, has_layers, layers_of, openpbr_values, standard_values
 from engine.exchange.readers.textures import Channel, Described, Image, Input
 from engine.images.decode import TransferChoice
 from engine.storage.untrusted import AGAIN
@@ -340,24 +340,25 @@ class _Document:
             return _spread(given.factor, 3)
 
         if shader.tag == "open_pbr_surface":
-            values, widened, notes = openpbr_values(number, colour), 1.0, list[str]()
-        elif shader.tag == "standard_surface":
+            return brdf_to_text(layers_of(openpbr_values(number, colour))), 1.0
+        if shader.tag == "standard_surface":
             values, widened, notes = standard_values(number, colour)
-        elif shader.tag == "gltf_pbr":
+            self.notes += notes if has_layers(values) else []
+            return (brdf_to_text(layers_of(values)), widened) if has_layers(values) else ("", 1.0)
+        if shader.tag == "gltf_pbr":
             given = {name: number(name, usual) for name, usual in _GLTF_LAYERS.items()}
             coloured = {"sheen_color": (0.0, 0.0, 0.0), "specular_color": (1.0, 1.0, 1.0)}
             given |= {name: colour(name, usual) for name, usual in coloured.items()}  # type: ignore[misc]
             mean = 0.5 if roughness.image is not None else 1.0
-            values, widened, notes = gltf_values(given, mean * roughness.factor[0])
+            layers, widened, notes = gltf_layers(given, mean * roughness.factor[0])
         else:
             is_usd = shader.tag == "UsdPreviewSurface"
             rough = number("clearcoatRoughness", 0.01) if is_usd else 1.0 - number("clearcoatGloss", 1.0)
             given = {"clearcoat": number("clearcoat", 0.0), "clearcoat_roughness": rough}
-            values, widened, notes = gltf_values(given, 1.0)
-        if shader.tag != "open_pbr_surface" and not has_layers(values):
-            return "", 1.0
+            layers, widened, notes = gltf_layers(given, 1.0)
+            notes = ["clear coat is drawn as glTF's"] if layers else []
         self.notes += notes
-        return brdf_to_text(layers_of(values)), widened
+        return "" if layers is None else brdf_to_text(layers), widened
 
     def _name(self, shader: Element) -> str:
         """The name of the material that has the surface."""
@@ -562,8 +563,15 @@ def _is_same(value: str, usual: str) -> bool:
 
 
 def _has_layers(shader: Element) -> bool:
-    """True for an OpenPBR surface that states a layer."""
-    return shader.tag == "open_pbr_surface" and any(_child(shader, name) is not None for name in WEIGHTS)
+    """True for an OpenPBR surface that states a layer, other than a coat without darkening, which may be glTF's."""
+    stated = {name for name in (*WEIGHTS, "specular_color") if _child(shader, name) is not None}
+    return shader.tag == "open_pbr_surface" and bool(stated) and not (stated == {"coat_weight"} and _is_even(shader))
+
+
+def _is_even(shader: Element) -> bool:
+    """True for a coat of OpenPBR that is said not to darken what it covers."""
+    darkening = _child(shader, "coat_darkening")
+    return darkening is not None and darkening.get("value") == "0"
 
 
 def _child(owner: Element, name: str) -> Element | None:

@@ -15,6 +15,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -23,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import brdf_from_text
+from engine.brdf.models.microfacet import MetallicRoughness
 from engine.brdf.models.openpbr import OpenPbr
 from engine.core.colour import ACESCG, REC_2020, luminance
 from engine.core.errors import InputError
@@ -36,6 +38,9 @@ from engine.storage.untrusted import decode_content, read_bytes
 from engine.surface.pbr_maps import DIELECTRIC_F0, WORTH_SAYING, PbrMaps, WideColours, clip_wide, wide_text
 
 Map = NDArray[np.float32]
+
+#: Range of a texture, of 1, within which it is one value: a code of 8 bits.
+EVEN = 1.0 / 255.0
 
 #: A channel of an image, or None for its colour.
 Channel = Literal[0, 1, 2, "alpha"] | None
@@ -103,7 +108,8 @@ class Described:
     notes : sentences about what was assumed or passed over.
     elsewhere : sentences about what is lost on other models than that of its file.
     credits : as the files state them.
-    layers : text of the OpenPBR model whose layers lie over the base; '' for none.
+    layers : text of the model whose layers lie over the base (`PbrMaps.layers`); '' for none.
+    coat, coat_roughness : images by which the weight and the roughness of its coat vary, or None: their means count.
     """
 
     name: str
@@ -121,6 +127,8 @@ class Described:
     notes: tuple[str, ...] = ()
     elsewhere: tuple[str, ...] = ()
     layers: str = ""
+    coat: Input | None = None
+    coat_roughness: Input | None = None
     credits: Credits = field(default_factory=Credits)
 
 
@@ -138,6 +146,7 @@ def maps_of(described: Described, most: int = MAX_SIDE) -> Steps[tuple[PbrMaps, 
             decoded[image.key] = _decode(image)
     yield Step(len(images) / (len(images) + 1), "making maps")
     found = {name: _read_channel(decoded[image.key], image) for name, image in images.items()}
+    of_coat: dict[str, Map] = {name: found.pop(name) for name in ("coat", "coat_roughness") if name in found}
     size, notes = _size(found, images, most)
     notes = [*described.notes, *notes]
     found = {name: _resize(values, size) for name, values in found.items()}
@@ -148,8 +157,6 @@ def maps_of(described: Described, most: int = MAX_SIDE) -> Steps[tuple[PbrMaps, 
         share = luminance(share).astype(np.float32)
     normal = _normals(described, found.get("normal"), size, notes)
     base_colour, wide = _keep_wide(base, notes)
-    layers = brdf_from_text(described.layers) if described.layers else None
-    assert layers is None or isinstance(layers, OpenPbr)
     maps = PbrMaps(
         base_colour=base_colour,
         normal=normal,
@@ -161,10 +168,26 @@ def maps_of(described: Described, most: int = MAX_SIDE) -> Steps[tuple[PbrMaps, 
         if described.occlusion is None
         else _limit(_number(described.occlusion, found.get("occlusion"), size), "occlusion", notes),
         multiple_scattering=True,
-        layers=layers,
+        layers=_layers(described.layers, of_coat, notes),
         wide=wide,
     )
     return maps, Health(findings=tuple(Finding(Verdict.WARNING, note) for note in notes))
+
+
+def _layers(text: str, of_coat: dict[str, Map], notes: list[str]) -> OpenPbr | MetallicRoughness | None:
+    """The layers of a text, their coat times the mean of images (H, W), with a sentence on those that vary."""
+    layers = brdf_from_text(text) if text else None
+    assert layers is None or isinstance(layers, OpenPbr | MetallicRoughness)
+    for name, values in of_coat.items():
+        parameter = "coat_weight" if name == "coat" else name
+        label = "clear coat" if name == "coat" else "roughness of the clear coat"
+        if layers is None or not np.isfinite(values).all():
+            continue
+        mean, low, high = (float(of(values)) for of in (partial(np.mean, dtype=np.float64), np.min, np.max))
+        layers = replace(layers, **{parameter: min(max(getattr(layers, parameter) * mean, 0.0), 1.0)})
+        if high - low > EVEN:
+            notes.append(f"the {label} varies over its texture, {low:.2g} to {high:.2g}; its mean {mean:.2g} is drawn")
+    return layers
 
 
 def _as_metal(

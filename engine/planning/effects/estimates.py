@@ -363,8 +363,8 @@ def _evaluate_texels(
     base, roughness, metallic, f0 = (
         each[row, column][:, None, None] for each in (maps.base_colour, maps.roughness, maps.metallic, maps.f0)
     )
-    f = reflect_maps(maps, light[:, None], viewer[:, :, None], base, roughness, metallic, f0)
-    return np.asarray(f * np.maximum(light[:, None, :, 2:], 0.0))
+    upright = frames[:, None, None, 2, :]
+    return reflect_maps(maps, light[:, None], viewer[:, :, None], base, roughness, metallic, f0, upright)
 
 
 def spatially_varying_gloss(scene: Scenery) -> Estimate:

@@ -17,6 +17,9 @@ vec3 base_here;
 vec3 gloss_here;
 vec3 spread_here;
 float length_here;
+#if defined(PBR_COAT)
+vec3 upright_here;
+#endif
 vec3 joint_here;
 vec3 apart_here;
 
@@ -105,6 +108,9 @@ mat3 fetch_texel(vec2 uv, float finer, mat3 frame, vec3 wo)
     float facing = dot(n, wo);
     mat3 bent = frame_along(facing < 0.01 ? safe_normalize(n + (0.01 - facing) * wo, wo) : n, axes_here[0]);
     bent[1] *= dot(cross(axes_here[0], axes_here[1]), frame[2]) < 0.0 ? -1.0 : 1.0;
+#if defined(PBR_COAT)
+    upright_here = frame[2] * bent;
+#endif
     return bent;
 }
 
@@ -195,8 +201,8 @@ float spread_lobe(vec3 wi, vec3 wo, vec3 h)
     return distribution * light / shadowing;
 }
 
-// The reflectance times the cosine; wi may lie below the horizon of the mean normal.
-vec3 product_of_texel(vec3 wi, vec3 wo)
+// The reflectance times the cosine, but for a clear coat.
+vec3 product_of_base(vec3 wi, vec3 wo)
 {
     float trace = spread_here.x + spread_here.y;
     if (trace <= ALIKE)
@@ -217,6 +223,31 @@ vec3 product_of_texel(vec3 wi, vec3 wo)
     value += cosine * multiple_scattering(max(wi.z, 0.0), max(wo.z, 0.0), roughness * roughness, f0);
 #endif
     return value;
+}
+
+#if defined(PBR_COAT)
+#include "brdf/clear_coat.glsl"
+
+// The product of the base under a clear coat, whose normal is that of the surface (engine.surface.layered, cover).
+vec3 cover(vec3 value, vec3 wi, vec3 wo)
+{
+    float light = dot(wi, upright_here), viewer = dot(wo, upright_here), coat = 0.0;
+    if (light > 0.0 && viewer > 0.0) {
+        vec3 both = wi + wo, aside = cross(upright_here, both);
+        coat = light * coat_lobe(light, viewer, dot(aside, aside) / dot(both, both), 1.0);
+    }
+    return mix(value, vec3(coat), coat_share(viewer));
+}
+#endif
+
+// The reflectance times the cosine; wi may lie below the horizon of the mean normal.
+vec3 product_of_texel(vec3 wi, vec3 wo)
+{
+#if defined(PBR_COAT)
+    return cover(product_of_base(wi, wo), wi, wo);
+#else
+    return product_of_base(wi, wo);
+#endif
 }
 
 // What a point shows is a sum of texels of one roughness (engine.render.pbr, Texels.parts): metal, what is none, and a

@@ -48,6 +48,8 @@ LAYERED = (
     "openpbr:coat_weight=0.8,coat_roughness=0.2,coat_color=0.9/0.5/0.4,fuzz_weight=0.4,thin_film_weight=0.5",
     "openpbr:specular_roughness_anisotropy=0.6,coat_weight=0.5,coat_roughness=0.4,coat_roughness_anisotropy=0.3,"
     "rotation_deg=30",
+    "metallic-roughness:base_color=1/0.6/0.3,metallic=0.4,roughness=0.5,coat_weight=0.8,coat_roughness=0.3",
+    "metallic-roughness:multiple_scattering=1,coat_weight=1,coat_roughness=0",
 )
 
 

@@ -166,7 +166,8 @@ def test_the_fit_states_its_error_and_materialx_finds_it_valid(folder: Path, mad
 
 
 def test_constants_of_the_fit_are_those_of_the_document() -> None:
-    text = materialx("x", MetallicRoughness((0.1, 0.2, 0.3), 0.25, 0.5), 0.125).decode()
+    text = materialx("x", MetallicRoughness((0.1, 0.2, 0.3), 0.25, 0.5, coat_weight=0.6), 0.125).decode()
+    assert 'name="clearcoat" type="float" value="0.6"' in text
     assert 'value="0.1, 0.2, 0.3"' in text
     assert 'name="metallic" type="float" value="0.25"' in text
     assert "12.5 %" in text

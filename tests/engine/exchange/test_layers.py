@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from engine.brdf import resample
 from engine.brdf.brdf import brdf_from_text
+from engine.brdf.models.microfacet import MetallicRoughness
 from engine.brdf.models.openpbr import OpenPbr
 from engine.bundle.bundle import save_bundle
 from engine.core.directions import normalize
@@ -75,10 +76,31 @@ def test_bundles_and_materialx_documents_keep_all_layers(tmp_path: Path) -> None
     assert any("fuzz is written as sheen" in words for words in made.warnings)
 
 
+def test_a_clear_coat_comes_back_as_one(tmp_path: Path) -> None:
+    """glTF and MaterialX's glTF surface say the very coat; OpenPBR's and what has no coat are named."""
+    coat = MetallicRoughness(coat_weight=0.8, coat_roughness=0.25)
+    maps = replace(find_known(), layers=coat)
+    subject = Subject(material_of_maps(maps, "rock"), maps, 1.0 / np.pi)
+    saved = drain(save_bundle(tmp_path / "rock.lightarc", subject.material))
+    made = [write(tmp_path, drain(target.contents(subject, Settings(), ""))) for target in (gltf, materialx, usd)]
+    for path in (saved, tmp_path / "rock.glb", tmp_path / "rock.mtlx"):
+        opened = open_material(path)
+        assert opened.pbr is not None
+        assert opened.pbr.layers == coat
+        assert not any("coat" in words for words in opened.health.warnings)
+    assert [any("written as OpenPBR's coat" in words for words in each.warnings) for each in made] == [
+        False,
+        True,
+        True,
+    ]
+    assert b"inputs:clearcoat = 0.8" in made[2].files["rock.usdz"]
+    assert "layers are left out: clear coat" in drain(textures.contents(subject, Settings(), "")).warnings
+
+
 def test_gltf_keeps_what_its_extensions_have_a_place_for(tmp_path: Path) -> None:
     subject = layered_subject()
     made = write(tmp_path, drain(gltf.contents(subject, Settings(), "")))
-    found, given = read(tmp_path / "rock.glb").layers, subject.maps.layers
+    found, given = read(tmp_path / "rock.glb").openpbr, subject.maps.openpbr
     assert found is not None
     assert given is not None
     for name in ("coat_weight", "coat_roughness", "thin_film_weight", "thin_film_thickness", "specular_color"):
@@ -202,7 +224,7 @@ def test_standard_surface_in_openpbr(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["gltf_pbr", "standard_surface"])
 def test_grey_highlights_of_materialx_are_kept(tmp_path: Path, name: str) -> None:
-    layers = surface(tmp_path, name, number("specular_color", "0.5, 0.5, 0.5")).layers
+    layers = surface(tmp_path, name, number("specular_color", "0.5, 0.5, 0.5")).openpbr
     assert layers is not None
     assert layers.specular_color == (0.5, 0.5, 0.5)
 
@@ -219,8 +241,7 @@ def test_gltf_counts_grey_highlights_once(tmp_path: Path) -> None:
     """f0 has a grey factor, which the layers must not have again."""
     found = coated(tmp_path, {"KHR_materials_specular": {"specularColorFactor": [0.5, 0.5, 0.5]}})
     assert found.f0[0, 0] == pytest.approx(0.02)
-    assert found.layers is not None
-    assert found.layers.specular_color == (1.0, 1.0, 1.0)
+    assert isinstance(found.layers, MetallicRoughness)
 
 
 def test_gltf_of_full_specular_under_a_coat_opens(tmp_path: Path) -> None:

@@ -2,8 +2,8 @@
 
 A tilted square with textures that are the same all over, a transform that picks a half of them, a map of normals and
 colours of its corners, under one light: every pixel can be calculated by hand. What the specification adds by
-extensions is calculated as they say (KHR_materials_ior, _specular, _unlit); a coat, sheen and light that goes through
-are drawn by another model or lost, which the reader says, and are compared for that alone.
+extensions is calculated as they say (KHR_materials_ior, _specular, _clearcoat, _unlit); sheen and light that goes
+through are drawn by another model or lost, which the reader says, and are compared for that alone.
 """
 
 from __future__ import annotations
@@ -160,7 +160,19 @@ def calculate(case: Case) -> Floats:
     f0 = (1.0 - metallic) * min(((ior - 1.0) / (ior + 1.0)) ** 2, 1.0) * weight + metallic * base
     f90 = (1.0 - metallic) * weight + metallic
     fresnel = f0 + (f90 - f0) * schlick[..., None]
-    return np.pi * nl * ((1.0 - fresnel) * (1.0 - metallic) * base / np.pi + fresnel * highlight)
+    found = np.pi * nl * ((1.0 - fresnel) * (1.0 - metallic) * base / np.pi + fresnel * highlight)
+    if "KHR_materials_clearcoat" in extensions:
+        # coated_material = mix(material, clearcoat_brdf, clearcoat * clearcoat_fresnel), about the surface's own normal
+        given = extensions["KHR_materials_clearcoat"]
+        lc, vc, hc = case.light[2], view[..., 2], half[..., 2]
+        coat_fresnel = 0.04 + (1.0 - 0.04) * (1.0 - np.abs(vc)) ** 5
+        alpha = given["clearcoatRoughnessFactor"] ** 2
+        spread = alpha**2 / (np.pi * (hc**2 * (alpha**2 - 1.0) + 1.0) ** 2)
+        smith = [2.0 * c / (c + np.sqrt(alpha**2 + (1.0 - alpha**2) * c**2)) for c in (lc, vc)]
+        coat = spread * smith[0] * smith[1] / (4.0 * lc * vc)
+        share = (given["clearcoatFactor"] * coat_fresnel)[..., None]
+        found = (1.0 - share) * found + share * (np.pi * lc * coat)[..., None]
+    return found
 
 
 def interpolate(colours: Floats, place: Floats) -> Floats:
@@ -190,7 +202,6 @@ def check(seed: int, folder: Path) -> None:
     case, error, warnings = compare(seed, folder)
     words = " ".join(warnings)
     others = {
-        "clearcoat": "coat is drawn as",
         "sheen": "sheen is drawn as",
         "transmission": "goes through the surface is lost",
     }

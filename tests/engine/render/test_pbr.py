@@ -95,6 +95,26 @@ def test_even_maps_under_layers_are_one_model() -> None:
     np.testing.assert_allclose(ours, theirs, rtol=1e-3, atol=1e-4)
 
 
+def test_even_maps_under_a_clear_coat_are_one_model() -> None:
+    """In direct light and in the reference; a coat over bent normals is as smooth as the surface."""
+    brdf = dataclasses.replace(BRDF, coat_weight=0.7, coat_roughness=0.3, multiple_scattering=1.0)
+    maps = dataclasses.replace(maps_like(brdf), layers=brdf, multiple_scattering=True)
+    scene = scene_of(maps, shape("sphere"), lamps=(Lamp((0.0, 1.0, 0.2), (1.0, 2.0, 3.0)),))
+    plain = dataclasses.replace(scene, material=None, brdf=brdf)
+    ours, theirs = (drain(radiance(each, (16, 16), samples=1)) for each in (scene, plain))
+    np.testing.assert_allclose(ours, theirs, rtol=1e-5, atol=1e-6)
+    ours, theirs = (drain(reference(each, (16, 16), samples=4)).image for each in (scene, plain))
+    np.testing.assert_allclose(ours, theirs, rtol=1e-4, atol=1e-5)
+    black = dataclasses.replace(brdf, base_color=(0.0, 0.0, 0.0), metallic=1.0)
+    values = []
+    for tilt in ((0.0, 0.0, 1.0), (0.6, 0.0, 0.8)):
+        bent = dataclasses.replace(maps_like(black, tilt=tilt), layers=black)
+        values.append(drain(radiance(scene_of(bent, shape("sphere")), (16, 16), samples=1)))
+    assert values[0][..., :3].max() > 0.1
+    # what is left of the base is Schlick's term of its facets at grazing angles
+    assert np.quantile(np.abs(values[0] - values[1])[values[0][..., 3] > 0.0], 0.5) < 1e-3
+
+
 @pytest.mark.parametrize(("tilt", "light"), [((0.6, 0.0, 0.8), (0.6, 0.0, 0.8)), ((0.0, 0.6, 0.8), (0.0, 0.6, 0.8))])
 def test_normals_bend_towards_the_right_and_upwards(
     tilt: tuple[float, float, float], light: tuple[float, float, float]
@@ -143,8 +163,10 @@ def test_opengl_shows_what_the_cpu_shows(gl: Any) -> None:
     try:
         under = brdf_from_text("openpbr:coat_weight=0.7,coat_roughness=0.2,fuzz_weight=0.3,specular_color=1/0.7/0.5")
         brushed = brdf_from_text("openpbr:specular_roughness_anisotropy=0.6,thin_film_weight=1")
-        for again, layers in ((False, None), (True, None), (False, under), (False, brushed)):
-            assert layers is None or isinstance(layers, OpenPbr)
+        coat = dataclasses.replace(BRDF, coat_weight=0.7, coat_roughness=0.3)
+        cases = ((False, None), (True, None), (False, under), (False, brushed), (False, coat), (True, coat))
+        for again, layers in cases:
+            assert layers is None or isinstance(layers, OpenPbr | MetallicRoughness)
             maps = dataclasses.replace(vary(), multiple_scattering=again, layers=layers)
             scene = scene_of(maps, shape("cloth"), lamps=(Lamp((-0.5, 0.7, 0.5), (0.5, 0.5, 1.0)),))
             if again or layers is under:

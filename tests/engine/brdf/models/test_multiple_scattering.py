@@ -61,9 +61,10 @@ def test_the_model_passes_the_furnace(roughness: float) -> None:
     for cosine in (0.1, 0.5, 0.95):
         wo = surface_direction(np.arccos(cosine), 0.0)
         wi = surface_direction(np.arccos(COSINES)[:, None], azimuth[None])
-        white = MetallicRoughness((1.0, 1.0, 1.0), 1.0, roughness, 1.0)
-        albedo = np.pi * white.f(wi, wo)[..., 0].mean(axis=1) @ SHARES
-        assert 0.99 <= albedo <= 1.0 + 5e-5
+        for coat in (0.0, 0.7):
+            white = MetallicRoughness((1.0, 1.0, 1.0), 1.0, roughness, 1.0, coat, roughness)
+            albedo = np.pi * white.f(wi, wo)[..., 0].mean(axis=1) @ SHARES
+            assert 0.99 <= albedo <= 1.0 + 5e-5
     assert (
         roughness < 1.0 or np.pi * MetallicRoughness((1.0, 1.0, 1.0), 1.0, 1.0).f(wi, wo)[..., 0].mean(1) @ SHARES < 0.4
     )

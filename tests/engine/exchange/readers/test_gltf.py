@@ -244,6 +244,28 @@ def test_every_property_of_a_material_is_read_or_named(owner: str, key: str, tmp
     assert is_read or is_named or set(found.notes) - set(base.notes), (owner, key, found.notes)
 
 
+def test_textures_of_a_clear_coat_count_with_their_mean(tmp_path: Path) -> None:
+    """Red of one times the weight, green of the other times the roughness; one that varies is named."""
+    flat, varied = np.zeros((2, 2, 3), np.uint8), np.zeros((4, 4, 3), np.uint8)
+    flat[..., 0], varied[:2, :, 1] = 51, 255
+    images = [
+        {"uri": "data:image/png;base64," + base64.b64encode(encode_png(each)).decode()} for each in (flat, varied)
+    ]
+    coat = {
+        "clearcoatFactor": 0.5,
+        "clearcoatTexture": {"index": 0},
+        "clearcoatRoughnessFactor": 0.8,
+        "clearcoatRoughnessTexture": {"index": 1},
+    }
+    found = open_material(gltf(tmp_path, {"extensions": {"KHR_materials_clearcoat": coat}}, images))
+    assert found.pbr is not None
+    assert found.pbr.coat is not None
+    assert (found.pbr.coat.coat_weight, found.pbr.coat.coat_roughness) == pytest.approx((0.1, 0.4))
+    assert found.pbr.size == (1, 1)
+    (said,) = found.health.warnings
+    assert said == "the roughness of the clear coat varies over its texture, 0 to 1; its mean 0.5 is drawn"
+
+
 def test_specular_and_glossiness_become_metal_and_roughness(tmp_path: Path) -> None:
     """A metal has no diffuse part and the colour of its highlight; a plastic the diffuse one under 4 %."""
 

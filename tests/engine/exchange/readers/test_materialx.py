@@ -92,8 +92,8 @@ def test_standard_surface_through_a_graph(tmp_path: Path) -> None:
     assert found.f0[0, 0] == pytest.approx(1.0 / 18.0, abs=1e-6)
     assert open_material(path).name == "rock"
     assert notes == []
-    assert found.layers is not None
-    assert (found.layers.coat_weight, found.layers.coat_roughness, found.layers.coat_darkening) == (1.0, 0.1, 0.0)
+    assert found.openpbr is not None
+    assert (found.openpbr.coat_weight, found.openpbr.coat_roughness, found.openpbr.coat_darkening) == (1.0, 0.1, 0.0)
 
 
 def test_colour_spaces_are_inherited(tmp_path: Path) -> None:
