@@ -9033,6 +9033,9112 @@ MIT-Lizenz.</translation>
   </message>
  </context>
  <context>
+  <name>engine/core</name>
+  <message>
+   <source>%1 of memory are too little; %2 are the least</source>
+   <translation>%1 Speicher sind zu wenig; mindestens nötig sind %2</translation>
+  </message>
+  <message>
+   <source>Parameters</source>
+   <translation>Parameter</translation>
+  </message>
+  <message>
+   <source>%1 is not an address of a Dask scheduler such as tls://192.168.0.10:8786</source>
+   <translation>%1 ist keine Adresse eines Dask-Schedulers wie tls://192.168.0.10:8786</translation>
+  </message>
+  <message>
+   <source>%1 has no TLS, so that anybody in the network could run code on this computer: use a tls:// address, or add --plain-cluster in a network of your own</source>
+   <translation>%1 hat kein TLS, sodass jeder im Netz Programme auf diesem Rechner ausführen könnte: eine tls://-Adresse verwenden oder in einem eigenen Netz --plain-cluster hinzufügen</translation>
+  </message>
+  <message>
+   <source>Install it with: pip install distributed</source>
+   <translation>So installieren: pip install distributed</translation>
+  </message>
+  <message>
+   <source>%1 on a cluster needs the library distributed</source>
+   <translation>%1 auf einem Cluster braucht die Bibliothek distributed</translation>
+  </message>
+  <message>
+   <source>no scheduler of a cluster answers there (%1)</source>
+   <translation>dort antwortet kein Scheduler eines Clusters (%1)</translation>
+  </message>
+  <message>
+   <source>Start one with: dask scheduler, and workers with: dask worker ADDRESS; or leave --cluster out</source>
+   <translation>Einen starten mit: dask scheduler, und Worker mit: dask worker ADDRESS; oder --cluster weglassen</translation>
+  </message>
+  <message>
+   <source>the cluster has no workers</source>
+   <translation>der Cluster hat keine Worker</translation>
+  </message>
+  <message>
+   <source>Start some with: dask worker %1</source>
+   <translation>Welche starten mit: dask worker %1</translation>
+  </message>
+  <message>
+   <source>linear Rec.709</source>
+   <translation>lineares Rec.709</translation>
+  </message>
+  <message>
+   <source>linear Rec.2020</source>
+   <translation>lineares Rec.2020</translation>
+  </message>
+  <message>
+   <source>Close other programs, ask for fewer pixels, texels or vertices, or raise the limits of this account (ulimit -v, ulimit -u, ulimit -n)</source>
+   <translation>Andere Programme schließen, weniger Pixel, Texel oder Eckpunkte verlangen oder die Grenzen dieses Kontos erhöhen (ulimit -v, ulimit -u, ulimit -n)</translation>
+  </message>
+  <message>
+   <source>failed to map segment</source>
+   <translation>Segment ließ sich nicht abbilden</translation>
+  </message>
+  <message>
+   <source>cannot allocate memory</source>
+   <translation>Speicher ließ sich nicht belegen</translation>
+  </message>
+  <message>
+   <source>cannot map zero-fill</source>
+   <translation>nullgefüllter Speicher ließ sich nicht abbilden</translation>
+  </message>
+  <message>
+   <source>cannot be used (%1)</source>
+   <translation>ist nicht verwendbar (%1)</translation>
+  </message>
+  <message>
+   <source>Check that it is there and its permissions</source>
+   <translation>Prüfen, ob es da ist, und seine Rechte</translation>
+  </message>
+  <message>
+   <source>: %1 MiB more were needed</source>
+   <translation>: %1 MiB mehr wären nötig</translation>
+  </message>
+  <message>
+   <source>There is not enough memory%1</source>
+   <translation>Der Speicher reicht nicht%1</translation>
+  </message>
+  <message>
+   <source>There is not enough memory</source>
+   <translation>Der Speicher reicht nicht</translation>
+  </message>
+  <message>
+   <source>Too many files are open</source>
+   <translation>Zu viele Dateien sind geöffnet</translation>
+  </message>
+  <message>
+   <source>No further process can be started</source>
+   <translation>Kein weiterer Prozess lässt sich starten</translation>
+  </message>
+  <message>
+   <source>There is not enough memory to load all libraries</source>
+   <translation>Der Speicher reicht nicht, um alle Bibliotheken zu laden</translation>
+  </message>
+  <message>
+   <source>up to %1</source>
+   <translation>bis zu %1</translation>
+  </message>
+  <message>
+   <source>and %1 more%2</source>
+   <translation>und %1 weitere%2</translation>
+  </message>
+  <message>
+   <source>%1 is on or off, not %2</source>
+   <translation>%1 ist an oder aus, nicht %2</translation>
+  </message>
+  <message>
+   <source>%1 is %2, not %3</source>
+   <translation>%1 ist %2, nicht %3</translation>
+  </message>
+  <message>
+   <source>%1 is a text, not %2</source>
+   <translation>%1 ist ein Text, nicht %2</translation>
+  </message>
+  <message>
+   <source>%1 are texts, not %2</source>
+   <translation>%1 sind Texte, nicht %2</translation>
+  </message>
+  <message>
+   <source>%1 is a number, not %2</source>
+   <translation>%1 ist eine Zahl, nicht %2</translation>
+  </message>
+  <message>
+   <source>%1 is a whole number, not %2</source>
+   <translation>%1 ist eine ganze Zahl, nicht %2</translation>
+  </message>
+  <message>
+   <source>%1 %2 is outside %3 … %4</source>
+   <translation>%1: %2 liegt nicht zwischen %3 und %4</translation>
+  </message>
+  <message>
+   <source>%1 %2 is not possible; %3 are</source>
+   <translation>%1: %2 ist nicht möglich; möglich sind %3</translation>
+  </message>
+  <message>
+   <source>one number or three</source>
+   <translation>eine Zahl oder drei</translation>
+  </message>
+  <message>
+   <source>a number</source>
+   <translation>eine Zahl</translation>
+  </message>
+  <message>
+   <source>%1 needs %2, got %3</source>
+   <translation>%1 braucht %2, nicht %3</translation>
+  </message>
+  <message>
+   <source>%1 needs one number or three, got %2</source>
+   <translation>%1 braucht eine Zahl oder drei, nicht %2</translation>
+  </message>
+  <message>
+   <source>%1 = %2 is outside [%3, %4]%5</source>
+   <translation>%1 = %2 liegt außerhalb von [%3, %4]%5</translation>
+  </message>
+  <message>
+   <source>%1 needs a value, as %2=%3</source>
+   <translation>%1 braucht einen Wert, etwa %2=%3</translation>
+  </message>
+  <message>
+   <source>unknown parameter %1%2; choose from %3</source>
+   <translation>unbekannter Parameter %1%2; möglich: %3</translation>
+  </message>
+  <message>
+   <source>%1 is given twice</source>
+   <translation>%1 ist doppelt angegeben</translation>
+  </message>
+  <message>
+   <source>%1 = %2 is not a number</source>
+   <translation>%1 = %2 ist keine Zahl</translation>
+  </message>
+  <message>
+   <source>%1 = %2 needs %3</source>
+   <translation>%1 = %2 braucht %3</translation>
+  </message>
+  <message>
+   <source>one number or r/g/b</source>
+   <translation>eine Zahl oder r/g/b</translation>
+  </message>
+  <message>
+   <source>one number</source>
+   <translation>eine Zahl</translation>
+  </message>
+  <message>
+   <source>%1 s left</source>
+   <translation>noch %1 s</translation>
+  </message>
+  <message>
+   <source>%1 min left</source>
+   <translation>noch %1 min</translation>
+  </message>
+  <message>
+   <source> (did you mean %1?)</source>
+   <translation> (gemeint: %1?)</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine/storage</name>
+  <message>
+   <source>Thumbs.db</source>
+   <translation>Thumbs.db</translation>
+  </message>
+  <message>
+   <source>Ask for the bundle again from where it came</source>
+   <translation>Das Paket noch einmal anfordern</translation>
+  </message>
+  <message>
+   <source>has no member %1</source>
+   <translation>hat keinen Teil %1</translation>
+  </message>
+  <message>
+   <source>%1 has %2 bytes, more than %3</source>
+   <translation>%1 hat %2 Bytes, mehr als %3</translation>
+  </message>
+  <message>
+   <source>Export the bundle again</source>
+   <translation>Das Paket neu exportieren</translation>
+  </message>
+  <message>
+   <source>Check that it exists and may be read</source>
+   <translation>Prüfen, ob es existiert und gelesen werden darf</translation>
+  </message>
+  <message>
+   <source>%1 is not a regular file</source>
+   <translation>%1 ist keine gewöhnliche Datei</translation>
+  </message>
+  <message>
+   <source>Choose a bundle</source>
+   <translation>Ein Paket wählen</translation>
+  </message>
+  <message>
+   <source>Choose a .lightarc file or a bundle folder</source>
+   <translation>Eine .lightarc-Datei oder den Ordner eines Pakets wählen</translation>
+  </message>
+  <message>
+   <source>holds %1 twice</source>
+   <translation>enthält %1 zweimal</translation>
+  </message>
+  <message>
+   <source>would unpack to more than %1 times its size</source>
+   <translation>würde auf mehr als das %1-Fache seiner Größe entpackt</translation>
+  </message>
+  <message>
+   <source>holds a member with an impossible name, %1</source>
+   <translation>enthält einen Teil mit einem unmöglichen Namen, %1</translation>
+  </message>
+  <message>
+   <source>%1 is encrypted</source>
+   <translation>%1 ist verschlüsselt</translation>
+  </message>
+  <message>
+   <source>Ask for it without a password</source>
+   <translation>Ohne Passwort anfordern</translation>
+  </message>
+  <message>
+   <source>%1 is packed by an unknown method</source>
+   <translation>%1 ist mit einem unbekannten Verfahren gepackt</translation>
+  </message>
+  <message>
+   <source>Pack it with deflate or not at all</source>
+   <translation>Mit deflate oder gar nicht packen</translation>
+  </message>
+  <message>
+   <source>%1 would unpack to more than %2 times its size</source>
+   <translation>%1 würde auf mehr als das %2-Fache seiner Größe entpackt</translation>
+  </message>
+  <message>
+   <source>holds what no bundle holds: %1%2</source>
+   <translation>enthält, was kein Paket enthält: %1%2</translation>
+  </message>
+  <message>
+   <source>would unpack to more than %1 GiB</source>
+   <translation>würde auf mehr als %1 GiB entpackt</translation>
+  </message>
+  <message>
+   <source>%1 in it is damaged (%2)</source>
+   <translation>%1 darin ist beschädigt (%2)</translation>
+  </message>
+  <message>
+   <source>%1 in it is damaged (its size is not the declared one)</source>
+   <translation>%1 darin ist beschädigt (die Größe ist nicht die angegebene)</translation>
+  </message>
+  <message>
+   <source>is a damaged zip archive (%1)</source>
+   <translation>ist ein beschädigtes ZIP-Archiv (%1)</translation>
+  </message>
+  <message>
+   <source>is cut short or has data after its end</source>
+   <translation>ist abgeschnitten oder hat Daten hinter seinem Ende</translation>
+  </message>
+  <message>
+   <source>is not a zip archive</source>
+   <translation>ist kein ZIP-Archiv</translation>
+  </message>
+  <message>
+   <source>is a damaged zip archive (no 64-bit end record)</source>
+   <translation>ist ein beschädigtes ZIP-Archiv (kein 64-Bit-Endeintrag)</translation>
+  </message>
+  <message>
+   <source>lists %1 members in %2 bytes, more than an archive may</source>
+   <translation>nennt %1 Teile in %2 Bytes, mehr als ein Archiv darf</translation>
+  </message>
+  <message>
+   <source>is a damaged zip archive (its end record does not fit its length)</source>
+   <translation>ist ein beschädigtes ZIP-Archiv (sein Endeintrag passt nicht zur Länge)</translation>
+  </message>
+  <message>
+   <source>a header of %1 bytes</source>
+   <translation>ein Kopf von %1 Bytes</translation>
+  </message>
+  <message>
+   <source>lists more than %1 members</source>
+   <translation>nennt mehr als %1 Teile</translation>
+  </message>
+  <message>
+   <source>is not a tar archive, or a damaged one (%1)</source>
+   <translation>ist kein oder ein beschädigtes TAR-Archiv (%1)</translation>
+  </message>
+  <message>
+   <source>is cut short or damaged: its list of members has no end</source>
+   <translation>ist abgeschnitten oder beschädigt: die Liste seiner Teile hat kein Ende</translation>
+  </message>
+  <message>
+   <source>Free some space, or unpack it yourself and give the folder</source>
+   <translation>Platz schaffen, oder selbst entpacken und den Ordner angeben</translation>
+  </message>
+  <message>
+   <source>cannot be unpacked (%1)</source>
+   <translation>lässt sich nicht entpacken (%1)</translation>
+  </message>
+  <message>
+   <source>is cut short</source>
+   <translation>ist abgeschnitten</translation>
+  </message>
+  <message>
+   <source>%1… (%2 characters)</source>
+   <translation>%1… (%2 Zeichen)</translation>
+  </message>
+  <message>
+   <source>your disk quota is used up</source>
+   <translation>das Kontingent auf dem Datenträger ist aufgebraucht</translation>
+  </message>
+  <message>
+   <source>the file is larger than this file system or account allows</source>
+   <translation>die Datei ist größer, als dieses Dateisystem oder Konto erlaubt</translation>
+  </message>
+  <message>
+   <source>Choose another disk</source>
+   <translation>Einen anderen Datenträger wählen</translation>
+  </message>
+  <message>
+   <source>the file system is read-only</source>
+   <translation>das Dateisystem ist schreibgeschützt</translation>
+  </message>
+  <message>
+   <source>Choose a folder on another disk</source>
+   <translation>Einen Ordner auf einem anderen Datenträger wählen</translation>
+  </message>
+  <message>
+   <source>too many files are open</source>
+   <translation>zu viele Dateien sind geöffnet</translation>
+  </message>
+  <message>
+   <source>Close other files or programs and try again</source>
+   <translation>Andere Dateien oder Programme schließen und noch einmal versuchen</translation>
+  </message>
+  <message>
+   <source>the disk reported an error</source>
+   <translation>der Datenträger meldete einen Fehler</translation>
+  </message>
+  <message>
+   <source>Check the disk, or choose another one</source>
+   <translation>Den Datenträger prüfen oder einen anderen wählen</translation>
+  </message>
+  <message>
+   <source>the name is too long</source>
+   <translation>der Name ist zu lang</translation>
+  </message>
+  <message>
+   <source>Choose a shorter name</source>
+   <translation>Einen kürzeren Namen wählen</translation>
+  </message>
+  <message>
+   <source>the folder does not exist</source>
+   <translation>der Ordner existiert nicht</translation>
+  </message>
+  <message>
+   <source>Create it first or choose another one</source>
+   <translation>Ihn zuerst anlegen oder einen anderen wählen</translation>
+  </message>
+  <message>
+   <source>a part of the path is not a folder</source>
+   <translation>ein Teil des Pfads ist kein Ordner</translation>
+  </message>
+  <message>
+   <source>Choose another path</source>
+   <translation>Einen anderen Pfad wählen</translation>
+  </message>
+  <message>
+   <source>it is a folder</source>
+   <translation>es ist ein Ordner</translation>
+  </message>
+  <message>
+   <source>Name a file</source>
+   <translation>Eine Datei nennen</translation>
+  </message>
+  <message>
+   <source>its symbolic links lead in a circle</source>
+   <translation>symbolische Links führen im Kreis</translation>
+  </message>
+  <message>
+   <source>it is in use by the system</source>
+   <translation>es wird vom System benutzt</translation>
+  </message>
+  <message>
+   <source>it is not a regular file</source>
+   <translation>es ist keine gewöhnliche Datei</translation>
+  </message>
+  <message>
+   <source>the file is write-protected</source>
+   <translation>die Datei ist schreibgeschützt</translation>
+  </message>
+  <message>
+   <source>Choose another name or change its permissions</source>
+   <translation>Einen anderen Namen wählen oder die Rechte ändern</translation>
+  </message>
+  <message>
+   <source>a file of that name exists</source>
+   <translation>eine Datei dieses Namens existiert</translation>
+  </message>
+  <message>
+   <source>Choose another name for the folder</source>
+   <translation>Einen anderen Namen für den Ordner wählen</translation>
+  </message>
+  <message>
+   <source>the folder exists and holds no %1, so it is not ours</source>
+   <translation>der Ordner existiert und enthält kein %1, gehört also nicht Lightarc</translation>
+  </message>
+  <message>
+   <source>another run is writing it</source>
+   <translation>ein anderer Lauf schreibt sie</translation>
+  </message>
+  <message>
+   <source>Wait for that run or choose another name</source>
+   <translation>Auf diesen Lauf warten oder einen anderen Namen wählen</translation>
+  </message>
+  <message>
+   <source>the name holds characters that no file name can hold</source>
+   <translation>der Name enthält Zeichen, die kein Dateiname haben kann</translation>
+  </message>
+  <message>
+   <source>Choose another</source>
+   <translation>Einen anderen wählen</translation>
+  </message>
+  <message>
+   <source>it is the root of the file system</source>
+   <translation>es ist die Wurzel des Dateisystems</translation>
+  </message>
+  <message>
+   <source>%1 needed, </source>
+   <translation>%1 nötig, </translation>
+  </message>
+  <message>
+   <source>%1 (%2%3 free)</source>
+   <translation>%1 (%2%3 frei)</translation>
+  </message>
+  <message>
+   <source>%1 bytes</source>
+   <translation>%1 Bytes</translation>
+  </message>
+  <message>
+   <source>names a set of UDIM tiles (%1), of which one is read at a time</source>
+   <translation>nennt einen Satz von UDIM-Kacheln (%1), von denen nur eine auf einmal gelesen wird</translation>
+  </message>
+  <message>
+   <source>Put the number of a tile, 1001 say, in the place of &lt;UDIM&gt;</source>
+   <translation>Die Nummer einer Kachel, etwa 1001, an die Stelle von &lt;UDIM&gt; setzen</translation>
+  </message>
+  <message>
+   <source>names an impossible file (%1)</source>
+   <translation>nennt eine unmögliche Datei (%1)</translation>
+  </message>
+  <message>
+   <source>names a file outside its folder (%1)</source>
+   <translation>nennt eine Datei außerhalb seines Ordners (%1)</translation>
+  </message>
+  <message>
+   <source>needs the file %1 beside it, which %2</source>
+   <translation>braucht die Datei %1 neben sich; sie %2</translation>
+  </message>
+  <message>
+   <source>needs more than %1 GiB to decode</source>
+   <translation>braucht zum Dekodieren mehr als %1 GiB</translation>
+  </message>
+  <message>
+   <source>Make it smaller</source>
+   <translation>Verkleinern</translation>
+  </message>
+  <message>
+   <source>is damaged or of an unknown kind%1</source>
+   <translation>ist beschädigt oder von unbekannter Art%1</translation>
+  </message>
+  <message>
+   <source>cannot be unpacked: %1</source>
+   <translation>lässt sich nicht entpacken: %1</translation>
+  </message>
+  <message>
+   <source>Free some space on the disk of temporary files</source>
+   <translation>Platz auf dem Datenträger für temporäre Dateien schaffen</translation>
+  </message>
+  <message>
+   <source>cannot be read: %1</source>
+   <translation>lässt sich nicht lesen: %1</translation>
+  </message>
+  <message>
+   <source>cannot be decoded (%1)</source>
+   <translation>lässt sich nicht dekodieren (%1)</translation>
+  </message>
+  <message>
+   <source>Check the disk that it lies on, and open it again</source>
+   <translation>Den Datenträger prüfen, auf dem es liegt, und noch einmal öffnen</translation>
+  </message>
+  <message>
+   <source>It is made again from its sources</source>
+   <translation>Es wird aus seinen Quellen neu erzeugt</translation>
+  </message>
+  <message>
+   <source>planes and rows are chosen without an ellipsis or new axes</source>
+   <translation>Ebenen und Zeilen werden ohne Auslassung und ohne neue Achsen gewählt</translation>
+  </message>
+  <message>
+   <source>rows are read downwards</source>
+   <translation>Zeilen werden abwärts gelesen</translation>
+  </message>
+  <message>
+   <source>is not there at the moment</source>
+   <translation>ist im Moment nicht da</translation>
+  </message>
+  <message>
+   <source>cannot be read any more (%1)</source>
+   <translation>lässt sich nicht mehr lesen (%1)</translation>
+  </message>
+  <message>
+   <source>was replaced by another file while it was open</source>
+   <translation>wurde, während es geöffnet war, durch eine andere Datei ersetzt</translation>
+  </message>
+  <message>
+   <source>Open the new one</source>
+   <translation>Die neue öffnen</translation>
+  </message>
+  <message>
+   <source>is damaged</source>
+   <translation>ist beschädigt</translation>
+  </message>
+  <message>
+   <source>was cut short while it was open</source>
+   <translation>wurde abgeschnitten, während es geöffnet war</translation>
+  </message>
+  <message>
+   <source>the name of the output is empty</source>
+   <translation>der Name der Ausgabe ist leer</translation>
+  </message>
+  <message>
+   <source>Name %1</source>
+   <translation>%1 nennen</translation>
+  </message>
+  <message>
+   <source>no name can hold such a character</source>
+   <translation>kein Name kann ein solches Zeichen enthalten</translation>
+  </message>
+  <message>
+   <source>%1 has the ending of a file, and %2 is a folder</source>
+   <translation>%1 hat die Endung einer Datei, und %2 ist ein Ordner</translation>
+  </message>
+  <message>
+   <source>%1 must end in %2, as the name of %3</source>
+   <translation>%1 muss auf %2 enden, als Name für %3</translation>
+  </message>
+  <message>
+   <source>it names a folder, and %1 is a file</source>
+   <translation>es nennt einen Ordner, und %1 ist eine Datei</translation>
+  </message>
+  <message>
+   <source>Leave the slash at its end out</source>
+   <translation>Den Schrägstrich am Ende weglassen</translation>
+  </message>
+  <message>
+   <source>it is read by this command</source>
+   <translation>es wird von diesem Befehl gelesen</translation>
+  </message>
+  <message>
+   <source>it is the same as, or part of, %1, which is read</source>
+   <translation>es ist dasselbe wie %1 oder ein Teil davon, das gelesen wird</translation>
+  </message>
+  <message>
+   <source>%1, and an output never replaces an input</source>
+   <translation>%1, und eine Ausgabe ersetzt nie eine Eingabe</translation>
+  </message>
+  <message>
+   <source>the folder holds %1, which is read, and would be replaced</source>
+   <translation>der Ordner enthält %1, das gelesen wird und ersetzt würde</translation>
+  </message>
+  <message>
+   <source>it lies in %1, which is read by this command</source>
+   <translation>es liegt in %1, das von diesem Befehl gelesen wird</translation>
+  </message>
+  <message>
+   <source>Choose a place outside that folder</source>
+   <translation>Einen Ort außerhalb dieses Ordners wählen</translation>
+  </message>
+  <message>
+   <source>it is, or lies in, %1, which is another output of this command</source>
+   <translation>es ist oder liegt in %1, einer anderen Ausgabe dieses Befehls</translation>
+  </message>
+  <message>
+   <source>Choose another name for one of them</source>
+   <translation>Für eines davon einen anderen Namen wählen</translation>
+  </message>
+  <message>
+   <source>it cannot be looked at (%1)</source>
+   <translation>es lässt sich nicht untersuchen (%1)</translation>
+  </message>
+  <message>
+   <source>Name a file for %1</source>
+   <translation>Eine Datei für %1 nennen</translation>
+  </message>
+  <message>
+   <source>it exists, and is not %1 that this command wrote</source>
+   <translation>es existiert und ist nicht %1 dieses Befehls</translation>
+  </message>
+  <message>
+   <source>Choose another name, or add --overwrite to replace it</source>
+   <translation>Einen anderen Namen wählen oder mit --overwrite ersetzen</translation>
+  </message>
+  <message>
+   <source>the folder exists and is not %1</source>
+   <translation>der Ordner existiert und ist nicht %1</translation>
+  </message>
+  <message>
+   <source>the folder would be replaced, and holds %1, which is no part of %2</source>
+   <translation>der Ordner würde ersetzt und enthält %1, das kein Teil ist von: %2</translation>
+  </message>
+  <message>
+   <source>Move that elsewhere, or choose another name</source>
+   <translation>Das verschieben oder einen anderen Namen wählen</translation>
+  </message>
+  <message>
+   <source>%1 is a file, and would have to be a folder</source>
+   <translation>%1 ist eine Datei und müsste ein Ordner sein</translation>
+  </message>
+  <message>
+   <source>it does not begin as packed data do</source>
+   <translation>es beginnt nicht wie gepackte Daten</translation>
+  </message>
+  <message>
+   <source>it declares %1 bytes, more than %2</source>
+   <translation>es gibt %1 Bytes an, mehr als %2</translation>
+  </message>
+  <message>
+   <source>it is cut short</source>
+   <translation>es ist abgeschnitten</translation>
+  </message>
+  <message>
+   <source>its parts do not fit its length</source>
+   <translation>seine Teile passen nicht zu seiner Länge</translation>
+  </message>
+  <message>
+   <source>a part of it is not as it was written</source>
+   <translation>ein Teil davon ist nicht, wie er geschrieben wurde</translation>
+  </message>
+  <message>
+   <source>Targa</source>
+   <translation>Targa</translation>
+  </message>
+  <message>
+   <source>GLSL of BRDF Explorer (.brdf)</source>
+   <translation>GLSL von BRDF Explorer (.brdf)</translation>
+  </message>
+  <message>
+   <source>RGL (.bsdf)</source>
+   <translation>RGL (.bsdf)</translation>
+  </message>
+  <message>
+   <source>tables of this program (.exr)</source>
+   <translation>Tabellen dieses Programms (.exr)</translation>
+  </message>
+  <message>
+   <source>MERL (.binary)</source>
+   <translation>MERL (.binary)</translation>
+  </message>
+  <message>
+   <source>UTIA (.bin)</source>
+   <translation>UTIA (.bin)</translation>
+  </message>
+  <message>
+   <source>Cornell and ASTM E1392 (.brdf, .astm)</source>
+   <translation>Cornell und ASTM E1392 (.brdf, .astm)</translation>
+  </message>
+  <message>
+   <source>ALTA text (.dat)</source>
+   <translation>ALTA-Text (.dat)</translation>
+  </message>
+  <message>
+   <source>CUReT (rbrdf.dat …)</source>
+   <translation>CUReT (rbrdf.dat …)</translation>
+  </message>
+  <message>
+   <source>tables of angles and colours (.csv)</source>
+   <translation>Tabellen von Winkeln und Farben (.csv)</translation>
+  </message>
+  <message>
+   <source>linear sRGB, 1 = white level of the photographs</source>
+   <translation>lineares sRGB, 1 = Weißpegel der Fotos</translation>
+  </message>
+  <message>
+   <source>mean luminance of a photograph, radiance; r = sigma * f_r * cos(theta_i)</source>
+   <translation>mittlere Leuchtdichte eines Fotos, Strahldichte; r = sigma * f_r * cos(theta_i)</translation>
+  </message>
+  <message>
+   <source>1/sr, the cosine is not included</source>
+   <translation>1/sr, ohne den Kosinus</translation>
+  </message>
+  <message>
+   <source>degrees above the sample plane</source>
+   <translation>Grad über der Ebene der Probe</translation>
+  </message>
+  <message>
+   <source>row 0 on top, texel centres at half-integers</source>
+   <translation>Zeile 0 oben, Mitten der Texel bei halben Zahlen</translation>
+  </message>
+  <message>
+   <source>manifest.json is not the manifest of a Lightarc bundle</source>
+   <translation>manifest.json ist nicht das Manifest eines Lightarc-Pakets</translation>
+  </message>
+  <message>
+   <source>was written by a newer Lightarc (schema %1, this one reads %2)</source>
+   <translation>wurde von einem neueren Lightarc geschrieben (Schema %1, dieses liest %2)</translation>
+  </message>
+  <message>
+   <source>manifest.json is nested too deeply</source>
+   <translation>manifest.json ist zu tief verschachtelt</translation>
+  </message>
+  <message>
+   <source>manifest.json is not as it was written</source>
+   <translation>manifest.json ist nicht, wie es geschrieben wurde</translation>
+  </message>
+  <message>
+   <source>manifest.json: %1: %2</source>
+   <translation>manifest.json: %1: %2</translation>
+  </message>
+  <message>
+   <source>Remove it</source>
+   <translation>Entfernen</translation>
+  </message>
+  <message>
+   <source>(Landlock %1, seccomp%2)</source>
+   <translation>(Landlock %1, seccomp%2)</translation>
+  </message>
+  <message>
+   <source>, a root of its own</source>
+   <translation>, ein eigenes Wurzelverzeichnis</translation>
+  </message>
+  <message>
+   <source>, but could ask whether a file exists: this system grants no namespaces</source>
+   <translation>, könnte aber fragen, ob eine Datei existiert: dieses System gewährt keine Namensräume</translation>
+  </message>
+  <message>
+   <source>Files are decoded in a process that opens no other file, no network and no program %1%2</source>
+   <translation>Dateien werden in einem Prozess dekodiert, der keine andere Datei, kein Netz und kein Programm öffnet %1%2</translation>
+  </message>
+  <message>
+   <source>Files are decoded in a process that writes no file and opens no network and no program (seccomp), but could read other files: this kernel has no Landlock</source>
+   <translation>Dateien werden in einem Prozess dekodiert, der keine Datei schreibt und weder Netz noch Programm öffnet (seccomp), aber andere Dateien lesen könnte: dieser Kernel hat kein Landlock</translation>
+  </message>
+  <message>
+   <source>Files are decoded in a process that opens no other file and no program (Landlock %1), but could open a network: this kernel or CPU has no seccomp filter</source>
+   <translation>Dateien werden in einem Prozess dekodiert, der keine andere Datei und kein Programm öffnet (Landlock %1), aber ein Netz öffnen könnte: dieser Kernel oder diese CPU hat keinen seccomp-Filter</translation>
+  </message>
+  <message>
+   <source>Files are decoded in a process of its own, which this system does not confine further</source>
+   <translation>Dateien werden in einem eigenen Prozess dekodiert, den dieses System nicht weiter einschränkt</translation>
+  </message>
+  <message>
+   <source>a link would lie outside the new root</source>
+   <translation>ein Link läge außerhalb des neuen Wurzelverzeichnisses</translation>
+  </message>
+  <message>
+   <source>the system refuses a root of its own</source>
+   <translation>das System verweigert ein eigenes Wurzelverzeichnis</translation>
+  </message>
+  <message>
+   <source>there is no room for %1 of intermediate results (%2)</source>
+   <translation>kein Platz für %1 Zwischenergebnisse (%2)</translation>
+  </message>
+  <message>
+   <source>Free some space or reduce the resolution</source>
+   <translation>Platz schaffen oder die Auflösung verringern</translation>
+  </message>
+  <message>
+   <source>%1 is nested too deeply</source>
+   <translation>%1 ist zu tief verschachtelt</translation>
+  </message>
+  <message>
+   <source>%1 is not valid JSON (%2)</source>
+   <translation>%1 ist kein gültiges JSON (%2)</translation>
+  </message>
+  <message>
+   <source>Copy it again from where it came, or unpack it yourself and give the folder</source>
+   <translation>Noch einmal von der Quelle kopieren, oder selbst entpacken und den Ordner angeben</translation>
+  </message>
+  <message>
+   <source>is a %1 archive, which is not read</source>
+   <translation>ist ein %1-Archiv, das nicht gelesen wird</translation>
+  </message>
+  <message>
+   <source>Unpack it, or pack it as zip</source>
+   <translation>Entpacken oder als ZIP packen</translation>
+  </message>
+  <message>
+   <source>Unpacking %1 of %2</source>
+   <translation>%1 von %2 wird entpackt</translation>
+  </message>
+  <message>
+   <source>Unpacking</source>
+   <translation>Entpacken</translation>
+  </message>
+  <message>
+   <source>cannot be written (%1)</source>
+   <translation>lässt sich nicht schreiben (%1)</translation>
+  </message>
+  <message>
+   <source>Unpack it yourself and give the folder</source>
+   <translation>Selbst entpacken und den Ordner angeben</translation>
+  </message>
+  <message>
+   <source>holds both %1 and %2</source>
+   <translation>enthält sowohl %1 als auch %2</translation>
+  </message>
+  <message>
+   <source>%1 in it is damaged (it is cut short)</source>
+   <translation>%1 darin ist beschädigt (abgeschnitten)</translation>
+  </message>
+  <message>
+   <source>Unpacking %1</source>
+   <translation>%1 wird entpackt</translation>
+  </message>
+  <message>
+   <source>Check that the file exists and may be read</source>
+   <translation>Prüfen, ob die Datei existiert und gelesen werden darf</translation>
+  </message>
+  <message>
+   <source>Copy or download it again, or export it again from the program that wrote it</source>
+   <translation>Neu kopieren oder herunterladen oder aus dem Ursprungsprogramm neu exportieren</translation>
+  </message>
+  <message>
+   <source>is damaged: its decoder returned an invalid response</source>
+   <translation>ist beschädigt: sein Dekodierer gab eine ungültige Antwort</translation>
+  </message>
+  <message>
+   <source>is not a possible file name (%1)</source>
+   <translation>ist kein möglicher Dateiname (%1)</translation>
+  </message>
+  <message>
+   <source>Rename the file</source>
+   <translation>Die Datei umbenennen</translation>
+  </message>
+  <message>
+   <source>is a git-lfs pointer, not the data</source>
+   <translation>ist ein git-lfs-Verweis, nicht die Daten</translation>
+  </message>
+  <message>
+   <source>Fetch the data with `git lfs pull`</source>
+   <translation>Die Daten mit „git lfs pull“ holen</translation>
+  </message>
+  <message>
+   <source>changed while it was being read</source>
+   <translation>änderte sich beim Lesen</translation>
+  </message>
+  <message>
+   <source>Wait until it is complete and try again</source>
+   <translation>Warten, bis es vollständig ist, und erneut versuchen</translation>
+  </message>
+  <message>
+   <source>a folder</source>
+   <translation>ein Ordner</translation>
+  </message>
+  <message>
+   <source>a named pipe</source>
+   <translation>eine benannte Pipe</translation>
+  </message>
+  <message>
+   <source>a device</source>
+   <translation>ein Gerät</translation>
+  </message>
+  <message>
+   <source>a socket</source>
+   <translation>ein Socket</translation>
+  </message>
+  <message>
+   <source>is %1, not a regular file</source>
+   <translation>ist %1, keine gewöhnliche Datei</translation>
+  </message>
+  <message>
+   <source>Give a file</source>
+   <translation>Eine Datei angeben</translation>
+  </message>
+  <message>
+   <source>is empty (0 bytes)</source>
+   <translation>ist leer (0 Bytes)</translation>
+  </message>
+  <message>
+   <source>has %1, more than the limit of %2</source>
+   <translation>hat %1, mehr als die Grenze von %2</translation>
+  </message>
+  <message>
+   <source>cannot be decoded: the decoder process ends at once</source>
+   <translation>lässt sich nicht dekodieren: der Dekodierprozess endet sofort</translation>
+  </message>
+  <message>
+   <source>Start the program again</source>
+   <translation>Das Programm neu starten</translation>
+  </message>
+  <message>
+   <source>could not be decoded, because the decoder process did not start within %1 s</source>
+   <translation>ließ sich nicht dekodieren, weil der Dekodierprozess nicht innerhalb von %1 s startete</translation>
+  </message>
+  <message>
+   <source>Try again when other programs leave this machine more time</source>
+   <translation>Noch einmal versuchen, wenn andere Programme diesem Rechner mehr Zeit lassen</translation>
+  </message>
+  <message>
+   <source>could not be decoded within %1 s</source>
+   <translation>ließ sich nicht innerhalb von %1 s dekodieren</translation>
+  </message>
+  <message>
+   <source>could not be decoded, because the system ended the decoder process, as it does without memory</source>
+   <translation>ließ sich nicht dekodieren, weil das System den Dekodierprozess beendete, wie es bei Speichermangel geschieht</translation>
+  </message>
+  <message>
+   <source>Close other programs and try again</source>
+   <translation>Andere Programme schließen und noch einmal versuchen</translation>
+  </message>
+  <message>
+   <source>is damaged: its decoder crashed (exit code %1)</source>
+   <translation>ist beschädigt: sein Dekodierer stürzte ab (Exit-Code %1)</translation>
+  </message>
+  <message>
+   <source>decoder limit</source>
+   <translation>Grenze des Dekodierers</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine/images</name>
+  <message>
+   <source>a film is an .mp4, a .webp or a folder of PNG, not a %1 file</source>
+   <translation>ein Film ist ein .mp4, ein .webp oder ein Ordner mit PNG, keine %1-Datei</translation>
+  </message>
+  <message>
+   <source>a film of %1 × %2 pixels is not possible (2 … %3)</source>
+   <translation>ein Film von %1 × %2 Pixeln ist nicht möglich (2 … %3)</translation>
+  </message>
+  <message>
+   <source>no frame was written</source>
+   <translation>kein Bild wurde geschrieben</translation>
+  </message>
+  <message>
+   <source>Choose another name or kind of film</source>
+   <translation>Einen anderen Namen oder eine andere Art von Film wählen</translation>
+  </message>
+  <message>
+   <source>VP9 cannot be encoded here</source>
+   <translation>VP9 lässt sich hier nicht kodieren</translation>
+  </message>
+  <message>
+   <source>Choose a .webp file or a folder of PNG</source>
+   <translation>Eine .webp-Datei oder einen Ordner mit PNG wählen</translation>
+  </message>
+  <message>
+   <source>Adobe RGB (1998)</source>
+   <translation>Adobe RGB (1998)</translation>
+  </message>
+  <message>
+   <source>other primaries</source>
+   <translation>andere Primärfarben</translation>
+  </message>
+  <message>
+   <source>holds a radiance of %1, and what is computed here goes up to %2</source>
+   <translation>enthält eine Strahldichte von %1; gerechnet wird hier bis %2</translation>
+  </message>
+  <message>
+   <source>Scale it down, or mend the pixels that no lamp can have made</source>
+   <translation>Herunterskalieren oder Pixel korrigieren, die keine Lampe erzeugt haben kann</translation>
+  </message>
+  <message>
+   <source>is a Git LFS pointer, not the image itself</source>
+   <translation>ist ein Git-LFS-Zeiger, nicht das Bild selbst</translation>
+  </message>
+  <message>
+   <source>Run 'git lfs pull' where it lies</source>
+   <translation>Dort, wo es liegt, 'git lfs pull' ausführen</translation>
+  </message>
+  <message>
+   <source>is a PDF document</source>
+   <translation>ist ein PDF-Dokument</translation>
+  </message>
+  <message>
+   <source>Export its images as TIFF or PNG</source>
+   <translation>Seine Bilder als TIFF oder PNG exportieren</translation>
+  </message>
+  <message>
+   <source>is a GIF</source>
+   <translation>ist ein GIF</translation>
+  </message>
+  <message>
+   <source>Save it as PNG</source>
+   <translation>Als PNG speichern</translation>
+  </message>
+  <message>
+   <source>is a KTX texture</source>
+   <translation>ist eine KTX-Textur</translation>
+  </message>
+  <message>
+   <source>Convert it to PNG, with ktx extract for one</source>
+   <translation>In PNG umwandeln, etwa mit ktx extract</translation>
+  </message>
+  <message>
+   <source>is a DDS texture</source>
+   <translation>ist eine DDS-Textur</translation>
+  </message>
+  <message>
+   <source>Convert it to PNG</source>
+   <translation>In PNG umwandeln</translation>
+  </message>
+  <message>
+   <source>is a BMP image</source>
+   <translation>ist ein BMP-Bild</translation>
+  </message>
+  <message>
+   <source>is a zip archive</source>
+   <translation>ist ein ZIP-Archiv</translation>
+  </message>
+  <message>
+   <source>Unpack it first</source>
+   <translation>Zuerst entpacken</translation>
+  </message>
+  <message>
+   <source>is a text or web page</source>
+   <translation>ist ein Text oder eine Webseite</translation>
+  </message>
+  <message>
+   <source>Download the image itself</source>
+   <translation>Das Bild selbst herunterladen</translation>
+  </message>
+  <message>
+   <source>is a HEIF, AVIF or video file</source>
+   <translation>ist eine HEIF-, AVIF- oder Videodatei</translation>
+  </message>
+  <message>
+   <source>Save it as JPEG or TIFF</source>
+   <translation>Als JPEG oder TIFF speichern</translation>
+  </message>
+  <message>
+   <source>is not an image of a known kind</source>
+   <translation>ist kein Bild bekannter Art</translation>
+  </message>
+  <message>
+   <source>Give an image as %1 or camera RAW</source>
+   <translation>Ein Bild als %1 oder Kamera-RAW angeben</translation>
+  </message>
+  <message>
+   <source>samples are infinite</source>
+   <translation>Abtastwerte sind unendlich</translation>
+  </message>
+  <message>
+   <source>sample is infinite</source>
+   <translation>Abtastwert ist unendlich</translation>
+  </message>
+  <message>
+   <source>%1 %2 and taken as %3, the largest number of half floats</source>
+   <translation>%1 %2 und gelten als %3, die größte Zahl halber Genauigkeit</translation>
+  </message>
+  <message>
+   <source>has %1 pixels that are not finite; they are masked</source>
+   <translation>hat %1 Pixel, die nicht endlich sind; sie werden maskiert</translation>
+  </message>
+  <message>
+   <source>has no alpha channel that is read</source>
+   <translation>hat keinen Alphakanal, der gelesen wird</translation>
+  </message>
+  <message>
+   <source>Save it as a PNG</source>
+   <translation>Als PNG speichern</translation>
+  </message>
+  <message>
+   <source>has a colour profile that is not applied: it %1</source>
+   <translation>hat ein Farbprofil, das nicht angewandt wird: es %1</translation>
+  </message>
+  <message>
+   <source>has a colour profile that cannot be applied: it %1</source>
+   <translation>hat ein Farbprofil, das sich nicht anwenden lässt: es %1</translation>
+  </message>
+  <message>
+   <source>Save it with an RGB or grey profile or without one, or import it with --transfer srgb or linear, which takes its primaries as sRGB</source>
+   <translation>Mit einem RGB- oder Graustufenprofil oder ohne Profil speichern, oder mit --transfer srgb oder linear importieren; dann gelten seine Primärfarben als sRGB</translation>
+  </message>
+  <message>
+   <source>states that its colours are not sRGB, but not what they are: they are taken as sRGB</source>
+   <translation>gibt an, dass seine Farben nicht sRGB sind, aber nicht, was sie sind: sie gelten als sRGB</translation>
+  </message>
+  <message>
+   <source>has the colour profile %1, which is not applied to bands that are chosen</source>
+   <translation>hat das Farbprofil %1, das auf gewählte Kanäle nicht angewandt wird</translation>
+  </message>
+  <message>
+   <source>says that its samples are linear, but its colour profile %1 has another curve, which is used</source>
+   <translation>nennt seine Abtastwerte linear, aber sein Farbprofil %1 hat eine andere Kurve; diese gilt</translation>
+  </message>
+  <message>
+   <source>is not applied, because the transfer function is stated: its primaries are taken as sRGB</source>
+   <translation>wird nicht angewandt, weil die Übertragungsfunktion angegeben ist: seine Primärfarben gelten als sRGB</translation>
+  </message>
+  <message>
+   <source>has the colour profile %1 with a table, which %2</source>
+   <translation>hat das Farbprofil %1 mit einer Tabelle, die %2</translation>
+  </message>
+  <message>
+   <source>has the colour profile %1, of which the curve is not applied: the transfer function is stated</source>
+   <translation>hat das Farbprofil %1, dessen Kurve nicht angewandt wird: die Übertragungsfunktion ist angegeben</translation>
+  </message>
+  <message>
+   <source>%1 is for grey, and the image has colours</source>
+   <translation>%1 ist für Graustufen, und das Bild hat Farben</translation>
+  </message>
+  <message>
+   <source>, its last ones among them</source>
+   <translation>, darunter die letzten</translation>
+  </message>
+  <message>
+   <source>has %1 of %2 rows that are all zero%3: check that it is complete</source>
+   <translation>hat %1 von %2 Zeilen, die ganz null sind%3: prüfen, ob es vollständig ist</translation>
+  </message>
+  <message>
+   <source>Software</source>
+   <translation>Software</translation>
+  </message>
+  <message>
+   <source>Comment</source>
+   <translation>Kommentar</translation>
+  </message>
+  <message>
+   <source>Save it as an EXR image with channels R, G, B</source>
+   <translation>Als EXR-Bild mit den Kanälen R, G, B speichern</translation>
+  </message>
+  <message>
+   <source>has no channels R, G, B; its layer %1 is used</source>
+   <translation>hat keine Kanäle R, G, B; seine Ebene %1 wird verwendet</translation>
+  </message>
+  <message>
+   <source>has integer colour channels</source>
+   <translation>hat ganzzahlige Farbkanäle</translation>
+  </message>
+  <message>
+   <source>has an alpha channel, which is ignored</source>
+   <translation>hat einen Alphakanal, der nicht beachtet wird</translation>
+  </message>
+  <message>
+   <source>has channels X, Y, Z, which are taken as CIE tristimulus values</source>
+   <translation>hat Kanäle X, Y, Z, die als CIE-Normfarbwerte gelten</translation>
+  </message>
+  <message>
+   <source>states %1</source>
+   <translation>gibt an: %1</translation>
+  </message>
+  <message>
+   <source>has no alpha channel</source>
+   <translation>hat keinen Alphakanal</translation>
+  </message>
+  <message>
+   <source>Save it with its fourth channel</source>
+   <translation>Mit seinem vierten Kanal speichern</translation>
+  </message>
+  <message>
+   <source>has channels of different resolution</source>
+   <translation>hat Kanäle verschiedener Auflösung</translation>
+  </message>
+  <message>
+   <source>the first</source>
+   <translation>der erste</translation>
+  </message>
+  <message>
+   <source>part %1, the first with channels R, G, B,</source>
+   <translation>Teil %1, der erste mit Kanälen R, G, B,</translation>
+  </message>
+  <message>
+   <source>has %1 parts, of which %2 is used</source>
+   <translation>hat %1 Teile, von denen %2 verwendet wird</translation>
+  </message>
+  <message>
+   <source>stores a part of the area that it displays; the rest is black</source>
+   <translation>speichert einen Teil der Fläche, die es anzeigt; der Rest ist schwarz</translation>
+  </message>
+  <message>
+   <source>stores another area than it displays; all that is stored is used</source>
+   <translation>speichert eine andere Fläche, als es anzeigt; alles Gespeicherte wird verwendet</translation>
+  </message>
+  <message>
+   <source>is a deep EXR image</source>
+   <translation>ist ein tiefes EXR-Bild</translation>
+  </message>
+  <message>
+   <source>is an EXR image without channels</source>
+   <translation>ist ein EXR-Bild ohne Kanäle</translation>
+  </message>
+  <message>
+   <source>is an incomplete EXR image: its table of chunks is empty</source>
+   <translation>ist ein unvollständiges EXR-Bild: die Tabelle seiner Blöcke ist leer</translation>
+  </message>
+  <message>
+   <source>is an incomplete EXR image: some of its chunks are missing</source>
+   <translation>ist ein unvollständiges EXR-Bild: einige seiner Blöcke fehlen</translation>
+  </message>
+  <message>
+   <source>is a damaged EXR image: its chunks are not those of the size it states</source>
+   <translation>ist ein beschädigtes EXR-Bild: seine Blöcke passen nicht zur angegebenen Größe</translation>
+  </message>
+  <message>
+   <source>stores luminance and chroma (Y, RY, BY)</source>
+   <translation>speichert Leuchtdichte und Farbe (Y, RY, BY)</translation>
+  </message>
+  <message>
+   <source>has no channels R, G, B but %1</source>
+   <translation>hat keine Kanäle R, G, B, sondern %1</translation>
+  </message>
+  <message>
+   <source>is a damaged Radiance image (its size is missing)</source>
+   <translation>ist ein beschädigtes Radiance-Bild (seine Größe fehlt)</translation>
+  </message>
+  <message>
+   <source>states a gamma of %1, which is not applied</source>
+   <translation>gibt ein Gamma von %1 an, das nicht angewandt wird</translation>
+  </message>
+  <message>
+   <source>states primaries that are not eight numbers</source>
+   <translation>gibt Primärfarben an, die nicht acht Zahlen sind</translation>
+  </message>
+  <message>
+   <source>is an incomplete Radiance image: it ends before its image does</source>
+   <translation>ist ein unvollständiges Radiance-Bild: es endet vor seinem Bild</translation>
+  </message>
+  <message>
+   <source>is a damaged Radiance image: its runs repeat nothing, or far too much</source>
+   <translation>ist ein beschädigtes Radiance-Bild: seine Läufe wiederholen nichts oder viel zu viel</translation>
+  </message>
+  <message>
+   <source>is an incomplete Radiance image: its runs do not end where its image does</source>
+   <translation>ist ein unvollständiges Radiance-Bild: seine Läufe enden nicht mit dem Bild</translation>
+  </message>
+  <message>
+   <source>says that its exposure is not a factor above 0</source>
+   <translation>gibt eine Belichtung an, die kein Faktor über 0 ist</translation>
+  </message>
+  <message>
+   <source>Correct the EXPOSURE and COLORCORR lines of its header</source>
+   <translation>Die Zeilen EXPOSURE und COLORCORR seines Kopfs korrigieren</translation>
+  </message>
+  <message>
+   <source>CIE L*a*b*</source>
+   <translation>CIE L*a*b*</translation>
+  </message>
+  <message>
+   <source>CIE XYZ</source>
+   <translation>CIE XYZ</translation>
+  </message>
+  <message>
+   <source>has more than %1 MiB</source>
+   <translation>hat mehr als %1 MiB</translation>
+  </message>
+  <message>
+   <source>is not an ICC profile</source>
+   <translation>ist kein ICC-Profil</translation>
+  </message>
+  <message>
+   <source>is truncated: %1 of %2 bytes are there</source>
+   <translation>ist abgeschnitten: %1 von %2 Bytes sind vorhanden</translation>
+  </message>
+  <message>
+   <source>%1 is for %2</source>
+   <translation>%1 gilt für %2</translation>
+  </message>
+  <message>
+   <source>%1 does not describe the colours of a device</source>
+   <translation>%1 beschreibt nicht die Farben eines Geräts</translation>
+  </message>
+  <message>
+   <source>%1 states grey as lightness</source>
+   <translation>%1 gibt Grau als Helligkeit an</translation>
+  </message>
+  <message>
+   <source>Linear Rec. 709</source>
+   <translation>Lineares Rec. 709</translation>
+  </message>
+  <message>
+   <source>sRGB IEC61966-2.1</source>
+   <translation>sRGB IEC61966-2.1</translation>
+  </message>
+  <message>
+   <source>No rights reserved</source>
+   <translation>Keine Rechte vorbehalten</translation>
+  </message>
+  <message>
+   <source>is damaged: its list of tags does not fit into it</source>
+   <translation>ist beschädigt: seine Liste der Tags passt nicht hinein</translation>
+  </message>
+  <message>
+   <source>is damaged: a tag lies outside it</source>
+   <translation>ist beschädigt: ein Tag liegt außerhalb</translation>
+  </message>
+  <message>
+   <source>without a name</source>
+   <translation>ohne Namen</translation>
+  </message>
+  <message>
+   <source>is damaged: it has no %1</source>
+   <translation>ist beschädigt: es hat kein %1</translation>
+  </message>
+  <message>
+   <source>has a curve that no samples have</source>
+   <translation>hat eine Kurve, die keine Abtastwerte haben</translation>
+  </message>
+  <message>
+   <source>has a curve that does not rise</source>
+   <translation>hat eine Kurve, die nicht steigt</translation>
+  </message>
+  <message>
+   <source>has a curve that does not lead from black to white</source>
+   <translation>hat eine Kurve, die nicht von Schwarz zu Weiß führt</translation>
+  </message>
+  <message>
+   <source>has primaries that do not add up to white</source>
+   <translation>hat Primärfarben, die zusammen nicht Weiß ergeben</translation>
+  </message>
+  <message>
+   <source>has primaries that do not add up to its white</source>
+   <translation>hat Primärfarben, die zusammen nicht sein Weiß ergeben</translation>
+  </message>
+  <message>
+   <source>%1 has a table that cannot be read</source>
+   <translation>%1 hat eine Tabelle, die sich nicht lesen lässt</translation>
+  </message>
+  <message>
+   <source>%1 has a table in which greys do not rise</source>
+   <translation>%1 hat eine Tabelle, in der Grauwerte nicht steigen</translation>
+  </message>
+  <message>
+   <source>%1 has a table that does not lead from black to white</source>
+   <translation>%1 hat eine Tabelle, die nicht von Schwarz zu Weiß führt</translation>
+  </message>
+  <message>
+   <source>of %1 components</source>
+   <translation>mit %1 Komponenten</translation>
+  </message>
+  <message>
+   <source>is a JPEG %1</source>
+   <translation>ist ein JPEG %1</translation>
+  </message>
+  <message>
+   <source>is a %1 JPEG</source>
+   <translation>ist ein %1-JPEG</translation>
+  </message>
+  <message>
+   <source>is a damaged JPEG (%1)</source>
+   <translation>ist ein beschädigtes JPEG (%1)</translation>
+  </message>
+  <message>
+   <source>it cannot be decoded</source>
+   <translation>es lässt sich nicht dekodieren</translation>
+  </message>
+  <message>
+   <source>is a JPEG without an image</source>
+   <translation>ist ein JPEG ohne Bild</translation>
+  </message>
+  <message>
+   <source>is a damaged JPEG (no marker at byte %1)</source>
+   <translation>ist ein beschädigtes JPEG (keine Marke bei Byte %1)</translation>
+  </message>
+  <message>
+   <source>is an incomplete JPEG: it ends before its image does</source>
+   <translation>ist ein unvollständiges JPEG: es endet vor seinem Bild</translation>
+  </message>
+  <message>
+   <source>is a damaged PFM image (its header is not one)</source>
+   <translation>ist ein beschädigtes PFM-Bild (ungültiger Kopf)</translation>
+  </message>
+  <message>
+   <source>is a PFM image that states no order of its bytes</source>
+   <translation>ist ein PFM-Bild ohne Angabe der Bytereihenfolge</translation>
+  </message>
+  <message>
+   <source>is an incomplete PFM image: it ends before its image does</source>
+   <translation>ist ein unvollständiges PFM-Bild: es endet vor seinem Bild</translation>
+  </message>
+  <message>
+   <source>states a scale of %1, which is not applied</source>
+   <translation>gibt einen Maßstab von %1 an, der nicht angewandt wird</translation>
+  </message>
+  <message>
+   <source>is a damaged PNG (its header is wrong)</source>
+   <translation>ist ein beschädigtes PNG (falscher Kopf)</translation>
+  </message>
+  <message>
+   <source>is a damaged PNG (%1)</source>
+   <translation>ist ein beschädigtes PNG (%1)</translation>
+  </message>
+  <message>
+   <source>is an incomplete PNG: it ends before its image does</source>
+   <translation>ist ein unvollständiges PNG: es endet vor seinem Bild</translation>
+  </message>
+  <message>
+   <source>is a damaged PNG (wrong checksum at byte %1)</source>
+   <translation>ist ein beschädigtes PNG (falsche Prüfsumme bei Byte %1)</translation>
+  </message>
+  <message>
+   <source>states a gamma that no image has</source>
+   <translation>gibt ein Gamma an, das kein Bild hat</translation>
+  </message>
+  <message>
+   <source>states primaries that no colours have</source>
+   <translation>gibt Primärfarben an, die keine Farben haben</translation>
+  </message>
+  <message>
+   <source>gAMA and cHRM of the file</source>
+   <translation>gAMA und cHRM der Datei</translation>
+  </message>
+  <message>
+   <source>has the coding (cICP) %1, which is not for photographs</source>
+   <translation>hat die Kodierung (cICP) %1, die nicht für Fotos ist</translation>
+  </message>
+  <message>
+   <source>cICP %1-%2</source>
+   <translation>cICP %1-%2</translation>
+  </message>
+  <message>
+   <source>Save it with its fourth channel, as a PNG</source>
+   <translation>Mit seinem vierten Kanal als PNG speichern</translation>
+  </message>
+  <message>
+   <source>is a damaged PNG (it cannot be decoded)</source>
+   <translation>ist ein beschädigtes PNG (es lässt sich nicht dekodieren)</translation>
+  </message>
+  <message>
+   <source>Save it as an RGB or grey image with 8 or 16 bits, or as EXR</source>
+   <translation>Als RGB- oder Graustufenbild mit 8 oder 16 Bit oder als EXR speichern</translation>
+  </message>
+  <message>
+   <source>holds %1 band%2, and no band %3</source>
+   <translation>enthält %1 Kanäle, aber keinen Kanal %3</translation>
+  </message>
+  <message>
+   <source>Choose one or three of the bands 1 to %1</source>
+   <translation>Einen oder drei der Kanäle 1 bis %1 wählen</translation>
+  </message>
+  <message>
+   <source>has an alpha or extra channel, which is ignored</source>
+   <translation>hat einen Alpha- oder Zusatzkanal, der nicht beachtet wird</translation>
+  </message>
+  <message>
+   <source>has %1 bands, of which the first %2 used</source>
+   <translation>hat %1 Kanäle, von denen nur die ersten verwendet werden</translation>
+  </message>
+  <message>
+   <source>%1 are</source>
+   <translation>%1 sind</translation>
+  </message>
+  <message>
+   <source>says it has %1 × %2 pixels</source>
+   <translation>hat angeblich %1 × %2 Pixel</translation>
+  </message>
+  <message>
+   <source>Export it again</source>
+   <translation>Neu exportieren</translation>
+  </message>
+  <message>
+   <source>says it has %1 × %2 pixels, more than the limit of %3 megapixels</source>
+   <translation>gibt %1 × %2 Pixel an, mehr als die Grenze von %3 Megapixeln</translation>
+  </message>
+  <message>
+   <source>Scale it down, or export it again if it is smaller than that</source>
+   <translation>Herunterskalieren oder, wenn es kleiner ist, neu exportieren</translation>
+  </message>
+  <message>
+   <source>needs %1 decoded, more than the limit of 4 GiB</source>
+   <translation>braucht dekodiert %1, mehr als die Grenze von 4 GiB</translation>
+  </message>
+  <message>
+   <source>Scale it down</source>
+   <translation>Herunterskalieren</translation>
+  </message>
+  <message>
+   <source>says it has %1 × %2 pixels, which %3 bytes cannot hold</source>
+   <translation>gibt %1 × %2 Pixel an, die %3 Bytes nicht enthalten können</translation>
+  </message>
+  <message>
+   <source>is a damaged Targa image: it holds more rows than it states</source>
+   <translation>ist ein beschädigtes Targa-Bild: es enthält mehr Zeilen als angegeben</translation>
+  </message>
+  <message>
+   <source>is a damaged or incomplete Targa image</source>
+   <translation>ist ein beschädigtes oder unvollständiges Targa-Bild</translation>
+  </message>
+  <message>
+   <source>is a Targa image of black and white alone</source>
+   <translation>ist ein Targa-Bild nur in Schwarz und Weiß</translation>
+  </message>
+  <message>
+   <source>Save it as an RGB or grey image</source>
+   <translation>Als RGB- oder Graubild speichern</translation>
+  </message>
+  <message>
+   <source>has five bits for each channel, too few to measure light</source>
+   <translation>hat fünf Bit je Kanal, zu wenig, um Licht zu messen</translation>
+  </message>
+  <message>
+   <source>a mask</source>
+   <translation>eine Maske</translation>
+  </message>
+  <message>
+   <source>ICC L*a*b*</source>
+   <translation>ICC L*a*b*</translation>
+  </message>
+  <message>
+   <source>ITU L*a*b*</source>
+   <translation>ITU L*a*b*</translation>
+  </message>
+  <message>
+   <source>has %1 pages, of which the first is used</source>
+   <translation>hat %1 Seiten, von denen die erste verwendet wird</translation>
+  </message>
+  <message>
+   <source>has an extra channel, which is ignored</source>
+   <translation>hat einen Zusatzkanal, der nicht beachtet wird</translation>
+  </message>
+  <message>
+   <source>is a TIFF volume of %1 slices</source>
+   <translation>ist ein TIFF-Volumen mit %1 Schichten</translation>
+  </message>
+  <message>
+   <source>is a TIFF in %1</source>
+   <translation>ist ein TIFF in %1</translation>
+  </message>
+  <message>
+   <source>signed integers</source>
+   <translation>ganze Zahlen mit Vorzeichen</translation>
+  </message>
+  <message>
+   <source>sample format %1</source>
+   <translation>Abtastformat %1</translation>
+  </message>
+  <message>
+   <source>is a TIFF of %1</source>
+   <translation>ist ein TIFF aus %1</translation>
+  </message>
+  <message>
+   <source>is a TIFF of %1 samples per pixel</source>
+   <translation>ist ein TIFF mit %1 Werten je Pixel</translation>
+  </message>
+  <message>
+   <source>is an incomplete TIFF: the value of its tag %1 is missing</source>
+   <translation>ist ein unvollständiges TIFF: der Wert seiner Angabe %1 fehlt</translation>
+  </message>
+  <message>
+   <source>is a damaged TIFF (its size needs %1 strips or tiles, %2 are listed)</source>
+   <translation>ist ein beschädigtes TIFF (seine Größe braucht %1 Streifen oder Kacheln, %2 sind verzeichnet)</translation>
+  </message>
+  <message>
+   <source>is an incomplete TIFF: it ends before its image does</source>
+   <translation>ist ein unvollständiges TIFF: es endet vor seinem Bild</translation>
+  </message>
+  <message>
+   <source>is a damaged TIFF (its strips or tiles overlap)</source>
+   <translation>ist ein beschädigtes TIFF (seine Streifen oder Kacheln überlappen)</translation>
+  </message>
+  <message>
+   <source>is a damaged TIFF (its strips or tiles do not fit its size)</source>
+   <translation>ist ein beschädigtes TIFF (seine Streifen oder Kacheln passen nicht zur Größe)</translation>
+  </message>
+  <message>
+   <source>is a damaged TIFF (its palette is too short)</source>
+   <translation>ist ein beschädigtes TIFF (seine Palette ist zu kurz)</translation>
+  </message>
+  <message>
+   <source>has 1 bit per pixel: black and white only</source>
+   <translation>hat 1 Bit je Pixel: nur Schwarz und Weiß</translation>
+  </message>
+  <message>
+   <source>the colour tags of the TIFF</source>
+   <translation>die Farb-Tags des TIFF</translation>
+  </message>
+  <message>
+   <source>has a transfer function (TIFF tag 301) of another length than its samples need</source>
+   <translation>hat eine Übertragungsfunktion (TIFF-Tag 301) von anderer Länge, als seine Abtastwerte brauchen</translation>
+  </message>
+  <message>
+   <source>is a damaged LogLuv TIFF (%1)</source>
+   <translation>ist ein beschädigtes LogLuv-TIFF (%1)</translation>
+  </message>
+  <message>
+   <source>meet again</source>
+   <translation>treffen sich wieder</translation>
+  </message>
+  <message>
+   <source>or their tags are too many</source>
+   <translation>oder ihre Tags sind zu viele</translation>
+  </message>
+  <message>
+   <source>is a damaged TIFF (its directories %1)</source>
+   <translation>ist ein beschädigtes TIFF (seine Verzeichnisse %1)</translation>
+  </message>
+  <message>
+   <source>is a damaged TIFF (a directory has %1 below it)</source>
+   <translation>ist ein beschädigtes TIFF (ein Verzeichnis hat %1 unter sich)</translation>
+  </message>
+  <message>
+   <source>is a damaged TIFF (its tags hold more than the file)</source>
+   <translation>ist ein beschädigtes TIFF (seine Angaben enthalten mehr als die Datei)</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine/geometry</name>
+  <message>
+   <source>Angle of the brushing.</source>
+   <translation>Winkel der Bürstung.</translation>
+  </message>
+  <message>
+   <source>a brushing direction %1 is not a vector of a length; give x, y, z or 1,0,0</source>
+   <translation>eine Bürstrichtung %1 ist kein Vektor mit Länge; x, y, z oder 1,0,0 angeben</translation>
+  </message>
+  <message>
+   <source>%1 is not a brushing direction; give u for the texture's, x, y, z or a vector as 1,0,0, and an angle behind a colon: y:30</source>
+   <translation>%1 ist keine Bürstrichtung; u für die der Textur, x, y, z oder einen Vektor wie 1,0,0 angeben, und einen Winkel hinter einem Doppelpunkt: y:30</translation>
+  </message>
+  <message>
+   <source>%1 needs three finite numbers, got %2</source>
+   <translation>%1 braucht drei endliche Zahlen, nicht %2</translation>
+  </message>
+  <message>
+   <source>%1 has coordinates beyond ±%2, got %3</source>
+   <translation>%1 hat Koordinaten jenseits von ±%2: %3</translation>
+  </message>
+  <message>
+   <source>fov_deg = %1 is outside [0.01, 179] °</source>
+   <translation>fov_deg = %1 liegt außerhalb von [0,01, 179] °</translation>
+  </message>
+  <message>
+   <source>eye and target are the same point</source>
+   <translation>Auge und Ziel sind derselbe Punkt</translation>
+  </message>
+  <message>
+   <source>up is parallel to the direction of view</source>
+   <translation>die Senkrechte ist parallel zur Blickrichtung</translation>
+  </message>
+  <message>
+   <source>unknown camera setting %1%2; choose from %3</source>
+   <translation>unbekannte Kameraeinstellung %1%2; möglich: %3</translation>
+  </message>
+  <message>
+   <source>%1 is not made of numbers</source>
+   <translation>%1 besteht nicht aus Zahlen</translation>
+  </message>
+  <message>
+   <source>%1 needs %2</source>
+   <translation>%1 braucht %2</translation>
+  </message>
+  <message>
+   <source>three numbers</source>
+   <translation>drei Zahlen</translation>
+  </message>
+  <message>
+   <source>%1 fov_deg=%2</source>
+   <translation>%1 fov_deg=%2</translation>
+  </message>
+  <message>
+   <source>embree could not make a scene</source>
+   <translation>Embree konnte keine Szene anlegen</translation>
+  </message>
+  <message>
+   <source>embree could not build its tree over %1 faces</source>
+   <translation>Embree konnte seinen Baum über %1 Flächen nicht aufbauen</translation>
+  </message>
+  <message>
+   <source>embree has no room for %1 rows of a mesh</source>
+   <translation>Embree hat keinen Platz für %1 Zeilen eines Netzes</translation>
+  </message>
+  <message>
+   <source>embree could not be started</source>
+   <translation>Embree ließ sich nicht starten</translation>
+  </message>
+  <message>
+   <source>no material</source>
+   <translation>kein Material</translation>
+  </message>
+  <message>
+   <source>material %1</source>
+   <translation>Material %1</translation>
+  </message>
+  <message>
+   <source>Export it without that: gltfpack without -c, or gltf-transform copy</source>
+   <translation>Ohne das exportieren: gltfpack ohne -c oder gltf-transform copy</translation>
+  </message>
+  <message>
+   <source>uses meshopt compression, which is not read</source>
+   <translation>verwendet meshopt-Kompression, die nicht gelesen wird</translation>
+  </message>
+  <message>
+   <source>Install the extra draco: pip install 'lightarc[draco]', or export it without that</source>
+   <translation>Das Zusatzpaket draco installieren: pip install 'lightarc[draco]', oder ohne das exportieren</translation>
+  </message>
+  <message>
+   <source>uses Draco compression, for which the library DracoPy is not installed</source>
+   <translation>verwendet Draco-Kompression, für die die Bibliothek DracoPy nicht installiert ist</translation>
+  </message>
+  <message>
+   <source>is glTF %1; only GLTF 2 is read</source>
+   <translation>ist glTF %1; nur glTF 2 wird gelesen</translation>
+  </message>
+  <message>
+   <source>Export it as glTF 2.0</source>
+   <translation>Als glTF 2.0 exportieren</translation>
+  </message>
+  <message>
+   <source>has %1 nodes, more than %2</source>
+   <translation>hat %1 Knoten, mehr als %2</translation>
+  </message>
+  <message>
+   <source>Join its parts and export it again</source>
+   <translation>Seine Teile verbinden und neu exportieren</translation>
+  </message>
+  <message>
+   <source>is damaged: a node names node %1, which is not there</source>
+   <translation>ist beschädigt: ein Knoten nennt den fehlenden Knoten %1</translation>
+  </message>
+  <message>
+   <source>has nodes within nodes over more than %1 levels</source>
+   <translation>hat Knoten in Knoten über mehr als %1 Stufen</translation>
+  </message>
+  <message>
+   <source>Apply the transforms of its groups and export it again</source>
+   <translation>Die Transformationen seiner Gruppen anwenden und neu exportieren</translation>
+  </message>
+  <message>
+   <source>is damaged: its nodes lie within each other in a circle</source>
+   <translation>ist beschädigt: seine Knoten enthalten sich im Kreis</translation>
+  </message>
+  <message>
+   <source>is damaged: its compressed numbers are not as many as it says</source>
+   <translation>ist beschädigt: es sind nicht so viele komprimierte Zahlen, wie angegeben</translation>
+  </message>
+  <message>
+   <source>is damaged: an accessor has no data</source>
+   <translation>ist beschädigt: ein Accessor hat keine Daten</translation>
+  </message>
+  <message>
+   <source>keeps its data elsewhere (%1)</source>
+   <translation>hat seine Daten an einem anderen Ort (%1)</translation>
+  </message>
+  <message>
+   <source>Export it as .glb</source>
+   <translation>Als .glb exportieren</translation>
+  </message>
+  <message>
+   <source>is damaged: an accessor names bytes that are not there</source>
+   <translation>ist beschädigt: ein Accessor nennt fehlende Bytes</translation>
+  </message>
+  <message>
+   <source>a ground at the height %1 is not possible</source>
+   <translation>ein Boden in der Höhe %1 ist nicht möglich</translation>
+  </message>
+  <message>
+   <source>a ground of albedo %1 (0 … 1), extent %2 (above 0) and %3 cells (1 … %4) is not possible</source>
+   <translation>ein Boden mit Albedo %1 (0 … 1), Ausdehnung %2 (über 0) und %3 Zellen (1 … %4) ist nicht möglich</translation>
+  </message>
+  <message>
+   <source>It holds points or curves; give a mesh with faces, as .ply or .obj</source>
+   <translation>Es enthält Punkte oder Kurven; ein Netz mit Flächen angeben, als .ply oder .obj</translation>
+  </message>
+  <message>
+   <source>Unpack it and give the mesh that is in it</source>
+   <translation>Entpacken und das Netz darin angeben</translation>
+  </message>
+  <message>
+   <source>Export it as .stl, .obj or .glb</source>
+   <translation>Als .stl, .obj oder .glb exportieren</translation>
+  </message>
+  <message>
+   <source>Convert it to .ply</source>
+   <translation>In .ply umwandeln</translation>
+  </message>
+  <message>
+   <source>Export the tessellated shape as .stl or .obj</source>
+   <translation>Die tessellierte Form als .stl oder .obj exportieren</translation>
+  </message>
+  <message>
+   <source>no ending</source>
+   <translation>keine Endung</translation>
+  </message>
+  <message>
+   <source>is not a mesh that can be read (%1)</source>
+   <translation>ist kein lesbares Netz (%1)</translation>
+  </message>
+  <message>
+   <source>vertices must be an array V × 3 of numbers, not %1 %2</source>
+   <translation>Eckpunkte müssen ein Feld V × 3 von Zahlen sein, nicht %1 %2</translation>
+  </message>
+  <message>
+   <source>faces must be an array F × 3 of vertex indices, not %1 %2</source>
+   <translation>Flächen müssen ein Feld F × 3 von Eckpunktnummern sein, nicht %1 %2</translation>
+  </message>
+  <message>
+   <source>faces name vertices %1 to %2, and there are %3 from 0</source>
+   <translation>Flächen nennen Eckpunkte %1 bis %2, und es gibt %3 ab 0</translation>
+  </message>
+  <message>
+   <source>uv must be an array %1 × 2, one row a vertex, not %2</source>
+   <translation>uv muss ein Feld %1 × 2 sein, eine Zeile je Eckpunkt, nicht %2</translation>
+  </message>
+  <message>
+   <source>holds no triangles</source>
+   <translation>enthält keine Dreiecke</translation>
+  </message>
+  <message>
+   <source>Give a mesh with faces, not points or curves alone</source>
+   <translation>Ein Netz mit Flächen angeben, nicht nur Punkte oder Kurven</translation>
+  </message>
+  <message>
+   <source>holds no usable triangle (%1)</source>
+   <translation>enthält kein brauchbares Dreieck (%1)</translation>
+  </message>
+  <message>
+   <source>is %1 across, too small to be drawn</source>
+   <translation>misst %1, zu klein zum Zeichnen</translation>
+  </message>
+  <message>
+   <source>Scale it to more than %1</source>
+   <translation>Auf mehr als %1 vergrößern</translation>
+  </message>
+  <message>
+   <source>%1 left out</source>
+   <translation>%1 ausgeschlossen</translation>
+  </message>
+  <message>
+   <source>points were moved by less than %1 of the size, to close gaps that rounding had left</source>
+   <translation>Punkte wurden um weniger als %1 der Größe verschoben, um Rundungslücken zu schließen</translation>
+  </message>
+  <message>
+   <source>subdivision surfaces are drawn as their control meshes</source>
+   <translation>Unterteilungsflächen werden als ihre Kontrollnetze gezeichnet</translation>
+  </message>
+  <message>
+   <source>faces were turned, so that neighbours are alike and closed parts face outwards</source>
+   <translation>Flächen wurden gewendet, sodass Nachbarn gleich liegen und geschlossene Teile nach außen zeigen</translation>
+  </message>
+  <message>
+   <source>normals were none and taken from the faces</source>
+   <translation>Normalen fehlten und wurden aus den Flächen berechnet</translation>
+  </message>
+  <message>
+   <source>faces without texture coordinates got those of a box</source>
+   <translation>Flächen ohne Texturkoordinaten bekamen die eines Quaders</translation>
+  </message>
+  <message>
+   <source>the surface is inside out; it can be flipped</source>
+   <translation>die Oberfläche ist umgestülpt; sie lässt sich wenden</translation>
+  </message>
+  <message>
+   <source>edges are open: the surface has borders or holes</source>
+   <translation>Kanten sind offen: die Oberfläche hat Ränder oder Löcher</translation>
+  </message>
+  <message>
+   <source>edges have more than two faces</source>
+   <translation>Kanten haben mehr als zwei Flächen</translation>
+  </message>
+  <message>
+   <source>edges have faces that are turned against each other</source>
+   <translation>Kanten haben Flächen, die gegeneinander gedreht sind</translation>
+  </message>
+  <message>
+   <source>points lie within edges of other faces (T-junctions), where light may pass through</source>
+   <translation>Punkte liegen in Kanten anderer Flächen (T-Stöße), wo Licht durchdringen kann</translation>
+  </message>
+  <message>
+   <source>is damaged: of %1 lines that it announces, %2 follow</source>
+   <translation>ist beschädigt: von %1 angekündigten Zeilen folgen %2</translation>
+  </message>
+  <message>
+   <source>is damaged: line %1 gives a corner with too many parts</source>
+   <translation>ist beschädigt: Zeile %1 enthält eine Ecke mit zu vielen Teilen</translation>
+  </message>
+  <message>
+   <source>is damaged: an index in line %1 is not a whole number</source>
+   <translation>ist beschädigt: ein Index in Zeile %1 ist keine ganze Zahl</translation>
+  </message>
+  <message>
+   <source>is damaged: %1 numbers are missing in line %2</source>
+   <translation>ist beschädigt: %1 Zahlen fehlen in Zeile %2</translation>
+  </message>
+  <message>
+   <source>is damaged: %1 in line %2 is not a number</source>
+   <translation>ist beschädigt: %1 in Zeile %2 ist keine Zahl</translation>
+  </message>
+  <message>
+   <source>is damaged or of an unknown kind: it does not begin with OFF</source>
+   <translation>ist beschädigt oder von unbekannter Art: es beginnt nicht mit OFF</translation>
+  </message>
+  <message>
+   <source>is OFF of a kind that is not read (binary, or of four dimensions)</source>
+   <translation>ist OFF einer Art, die nicht gelesen wird (binär oder vierdimensional)</translation>
+  </message>
+  <message>
+   <source>Export it as PLY</source>
+   <translation>Als PLY exportieren</translation>
+  </message>
+  <message>
+   <source>is damaged: it announces %1 vertices and faces, which do not follow</source>
+   <translation>ist beschädigt: angekündigt sind %1 Eckpunkte und Flächen, die nicht folgen</translation>
+  </message>
+  <message>
+   <source>is damaged: line %1 names %2 corners and gives fewer</source>
+   <translation>ist beschädigt: Zeile %1 nennt %2 Ecken und gibt weniger an</translation>
+  </message>
+  <message>
+   <source>is damaged: line %1 does not begin with counts</source>
+   <translation>ist beschädigt: Zeile %1 beginnt nicht mit Anzahlen</translation>
+  </message>
+  <message>
+   <source>is damaged or of an unknown kind (%1)</source>
+   <translation>ist beschädigt oder von unbekannter Art (%1)</translation>
+  </message>
+  <message>
+   <source>keeps its data in %1 files</source>
+   <translation>hat seine Daten in %1 Dateien</translation>
+  </message>
+  <message>
+   <source>Copy that as well, or export it as .glb</source>
+   <translation>Diese mitkopieren oder als .glb exportieren</translation>
+  </message>
+  <message>
+   <source>has about %1 million triangles and needs about %2 GiB of memory, of which %3 GiB are free</source>
+   <translation>hat etwa %1 Millionen Dreiecke und braucht etwa %2 GiB Speicher, von denen %3 GiB frei sind</translation>
+  </message>
+  <message>
+   <source>Reduce it in a modelling program, or close other programs</source>
+   <translation>In einem Modellierprogramm verkleinern oder andere Programme schließen</translation>
+  </message>
+  <message>
+   <source>flat image</source>
+   <translation>flaches Bild</translation>
+  </message>
+  <message>
+   <source>is neither a built-in model nor a file%1</source>
+   <translation>ist weder ein eingebautes Modell noch eine Datei%1</translation>
+  </message>
+  <message>
+   <source>Give a file or %1</source>
+   <translation>Eine Datei angeben oder %1</translation>
+  </message>
+  <message>
+   <source>the mesh has %1 faces, and charts are cut for at most %2</source>
+   <translation>das Netz hat %1 Flächen, und UV-Inseln werden für höchstens %2 geschnitten</translation>
+  </message>
+  <message>
+   <source>the mesh has %1 parts, and charts are cut for at most %2</source>
+   <translation>das Netz hat %1 Teile, und UV-Inseln werden für höchstens %2 geschnitten</translation>
+  </message>
+  <message>
+   <source>texture coordinates were made, in charts that do not overlap</source>
+   <translation>Texturkoordinaten entstanden, in Karten ohne Überlappung</translation>
+  </message>
+  <message>
+   <source>charts could not be cut (%1)</source>
+   <translation>UV-Inseln ließen sich nicht schneiden (%1)</translation>
+  </message>
+  <message>
+   <source>texture coordinates were made by a box projection: %1</source>
+   <translation>Texturkoordinaten entstanden durch eine Quaderprojektion: %1</translation>
+  </message>
+  <message>
+   <source>they have no size in 32 bits where a mesh is much longer than wide</source>
+   <translation>sie haben in 32 Bit keine Größe, wo ein Netz viel länger als breit ist</translation>
+  </message>
+  <message>
+   <source>Cut them elsewhere</source>
+   <translation>An anderer Stelle schneiden</translation>
+  </message>
+  <message>
+   <source>Install the extra usd: pip install 'lightarc[usd]', or export it as .glb</source>
+   <translation>Das Zusatzpaket usd installieren: pip install 'lightarc[usd]', oder als .glb exportieren</translation>
+  </message>
+  <message>
+   <source>is USD, which is read by the library usd-core, and that is not installed</source>
+   <translation>ist USD, das die Bibliothek usd-core liest, und die ist nicht installiert</translation>
+  </message>
+  <message>
+   <source>Copy that as well, or export it as .usdz</source>
+   <translation>Diese mitkopieren oder als .usdz exportieren</translation>
+  </message>
+  <message>
+   <source>names more than %1 layers, or layers in a circle</source>
+   <translation>nennt mehr als %1 Ebenen oder Ebenen im Kreis</translation>
+  </message>
+  <message>
+   <source>Export it as .usdz</source>
+   <translation>Als .usdz exportieren</translation>
+  </message>
+  <message>
+   <source>names a layer outside its folder (%1)</source>
+   <translation>nennt eine Ebene außerhalb seines Ordners (%1)</translation>
+  </message>
+  <message>
+   <source>is damaged: a value in it is of another type or length</source>
+   <translation>ist beschädigt: ein Wert darin hat einen anderen Typ oder eine andere Länge</translation>
+  </message>
+  <message>
+   <source>its text is not UTF-8</source>
+   <translation>sein Text ist nicht UTF-8</translation>
+  </message>
+  <message>
+   <source>is damaged: the library of USD does not read it (%1)</source>
+   <translation>ist beschädigt: die Bibliothek von USD liest es nicht (%1)</translation>
+  </message>
+  <message>
+   <source>is damaged: the library of USD does not read it</source>
+   <translation>ist beschädigt: die Bibliothek von USD liest es nicht</translation>
+  </message>
+  <message>
+   <source>has more than %1 prims</source>
+   <translation>hat mehr als %1 Prims</translation>
+  </message>
+  <message>
+   <source>is damaged: an instance has a prototype that is not there</source>
+   <translation>ist beschädigt: eine Instanz hat einen Prototyp, den es nicht gibt</translation>
+  </message>
+  <message>
+   <source>has faces of more than %1 corners</source>
+   <translation>hat Flächen mit mehr als %1 Ecken</translation>
+  </message>
+  <message>
+   <source>Reduce it</source>
+   <translation>Es verkleinern</translation>
+  </message>
+  <message>
+   <source>is damaged: %1 has other corners than its faces count</source>
+   <translation>ist beschädigt: %1 hat andere Ecken, als seine Flächen zählen</translation>
+  </message>
+  <message>
+   <source>UVMap</source>
+   <translation>UVMap</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine/light</name>
+  <message>
+   <source>%1 × %2 texels</source>
+   <translation>%1 × %2 Texel</translation>
+  </message>
+  <message>
+   <source>is a cube map of OpenEXR; it was converted to latitude and longitude</source>
+   <translation>ist eine Würfelkarte von OpenEXR; sie wurde in Länge und Breite umgewandelt</translation>
+  </message>
+  <message>
+   <source>a strip of six faces</source>
+   <translation>ein Streifen aus sechs Flächen</translation>
+  </message>
+  <message>
+   <source>a cross</source>
+   <translation>ein Kreuz</translation>
+  </message>
+  <message>
+   <source>is a cube map laid out as %1; it was converted to latitude and longitude</source>
+   <translation>ist eine Würfelkarte, angeordnet als %1; sie wurde in Länge und Breite umgewandelt</translation>
+  </message>
+  <message>
+   <source>its faces were mirrored, because only then they fit together</source>
+   <translation>ihre Flächen wurden gespiegelt, weil sie nur so zusammenpassen</translation>
+  </message>
+  <message>
+   <source>its faces do not fit together at their edges: their order or orientation may be another</source>
+   <translation>ihre Flächen passen an den Kanten nicht zusammen: Reihenfolge oder Lage sind vielleicht anders</translation>
+  </message>
+  <message>
+   <source>Give the equirectangular (latitude-longitude) form, twice as wide as high, or a cube map as a strip or a cross</source>
+   <translation>Die äquirektangulare Form (Länge und Breite), doppelt so breit wie hoch, angeben, oder eine Würfelkarte als Streifen oder Kreuz</translation>
+  </message>
+  <message>
+   <source>is neither a file nor a built-in environment%1</source>
+   <translation>ist weder eine Datei noch eine eingebaute Umgebung%1</translation>
+  </message>
+  <message>
+   <source>The built-in ones are %1</source>
+   <translation>Eingebaut sind %1</translation>
+  </message>
+  <message>
+   <source>is %1 × %2 texels, and such an image is square</source>
+   <translation>hat %1 × %2 Texel, und ein solches Bild ist quadratisch</translation>
+  </message>
+  <message>
+   <source>Cut it at the rim</source>
+   <translation>Am Rand zuschneiden</translation>
+  </message>
+  <message>
+   <source>is %1 × %2 texels, %3</source>
+   <translation>hat %1 × %2 Texel, %3</translation>
+  </message>
+  <message>
+   <source>holds no usable radiance: every texel is negative or not finite</source>
+   <translation>enthält keine brauchbare Strahldichte: jeder Texel ist negativ oder nicht endlich</translation>
+  </message>
+  <message>
+   <source>six faces of a cube map in a strip</source>
+   <translation>sechs Flächen einer Würfelkarte in einem Streifen</translation>
+  </message>
+  <message>
+   <source>a photograph, or a cube map laid out as a cross whose empty corners are not empty</source>
+   <translation>ein Foto, oder eine Würfelkarte als Kreuz, dessen leere Ecken nicht leer sind</translation>
+  </message>
+  <message>
+   <source>perhaps a cube map in two rows of faces, or a photograph</source>
+   <translation>vielleicht eine Würfelkarte in zwei Reihen von Flächen, oder ein Foto</translation>
+  </message>
+  <message>
+   <source>square, as mirror balls (--env ball:FILE) and angular maps (--env angular:FILE) are</source>
+   <translation>quadratisch wie Spiegelkugeln (--env ball:FILE) und Winkelkarten (--env angular:FILE)</translation>
+  </message>
+  <message>
+   <source>not an equirectangular map</source>
+   <translation>keine äquirektangulare Karte</translation>
+  </message>
+  <message>
+   <source>negative, down to %1</source>
+   <translation>negativ, bis %1</translation>
+  </message>
+  <message>
+   <source>not finite</source>
+   <translation>nicht endlich</translation>
+  </message>
+  <message>
+   <source>%1 values lie more than %2 texels inside damaged areas and are black</source>
+   <translation>%1 Werte liegen mehr als %2 Texel im Inneren beschädigter Bereiche und sind schwarz</translation>
+  </message>
+  <message>
+   <source>a %1 that holds no radiance above 1: lamps and the sun are far too dark in it</source>
+   <translation>ein %1 ohne Strahldichte über 1: Lampen und Sonne sind darin viel zu dunkel</translation>
+  </message>
+  <message>
+   <source>the environment is black</source>
+   <translation>die Umgebung ist schwarz</translation>
+  </message>
+  <message>
+   <source>column %1, row %2</source>
+   <translation>Spalte %1, Zeile %2</translation>
+  </message>
+  <message>
+   <source>%1 texel%2 %3 (at %4%5)</source>
+   <translation>%1 Texel %3 (bei %4%5)</translation>
+  </message>
+  <message>
+   <source>s are</source>
+   <translation>sind</translation>
+  </message>
+  <message>
+   <source>%1; replaced by the median of the neighbours</source>
+   <translation>%1; ersetzt durch den Median der Nachbarn</translation>
+  </message>
+  <message>
+   <source>the direction of a lamp needs three finite numbers, not all 0, got %1</source>
+   <translation>die Richtung eines Lichts braucht drei endliche Zahlen, nicht alle 0; angegeben: %1</translation>
+  </message>
+  <message>
+   <source>the irradiance of a lamp needs three numbers from 0, got %1</source>
+   <translation>die Bestrahlungsstärke eines Lichts braucht drei Zahlen ab 0; angegeben: %1</translation>
+  </message>
+  <message>
+   <source>a lamp of radius %1° is not between 0 and 90°</source>
+   <translation>ein Licht mit Radius %1° liegt nicht zwischen 0 und 90°</translation>
+  </message>
+  <message>
+   <source>Angle of the light from straight up.</source>
+   <translation>Winkel des Lichts von senkrecht nach oben.</translation>
+  </message>
+  <message>
+   <source>Turn from the viewer's side towards the right.</source>
+   <translation>Drehung von der Seite des Betrachters nach rechts.</translation>
+  </message>
+  <message>
+   <source>On a surface that faces the light.</source>
+   <translation>Auf einer dem Licht zugewandten Fläche.</translation>
+  </message>
+  <message>
+   <source>Angular radius; 0 is one direction.</source>
+   <translation>Winkelradius; 0 ist eine einzige Richtung.</translation>
+  </message>
+  <message>
+   <source>Linear RGB, times the irradiance.</source>
+   <translation>Lineares RGB, mal der Bestrahlungsstärke.</translation>
+  </message>
+  <message>
+   <source>Rectangle</source>
+   <translation>Rechteck</translation>
+  </message>
+  <message>
+   <source>Disc</source>
+   <translation>Scheibe</translation>
+  </message>
+  <message>
+   <source>the position of a lamp needs three finite numbers, got %1</source>
+   <translation>die Position eines Lichts braucht drei endliche Zahlen; angegeben: %1</translation>
+  </message>
+  <message>
+   <source>the power of a lamp needs three numbers from 0, got %1</source>
+   <translation>die Leistung eines Lichts braucht drei Zahlen ab 0; angegeben: %1</translation>
+  </message>
+  <message>
+   <source>a lamp of radius %1 is not possible</source>
+   <translation>ein Licht mit Radius %1 ist nicht möglich</translation>
+  </message>
+  <message>
+   <source>unknown shape %1; choose from %2</source>
+   <translation>unbekannte Form %1; möglich: %2</translation>
+  </message>
+  <message>
+   <source>a rectangle of %1 is not possible; its sides are at least %2</source>
+   <translation>ein Rechteck von %1 ist nicht möglich; seine Seiten sind mindestens %2</translation>
+  </message>
+  <message>
+   <source>the width of a lamp needs a direction of three finite numbers, got %1</source>
+   <translation>die Breite eines Lichts braucht eine Richtung aus drei endlichen Zahlen; angegeben: %1</translation>
+  </message>
+  <message>
+   <source>A sphere, or one side of a rectangle or a disc.</source>
+   <translation>Eine Kugel oder eine Seite eines Rechtecks oder einer Scheibe.</translation>
+  </message>
+  <message>
+   <source>Where its centre is, in the model's own coordinates.</source>
+   <translation>Wo ihr Mittelpunkt ist, in den Koordinaten des Modells.</translation>
+  </message>
+  <message>
+   <source>Upwards.</source>
+   <translation>Nach oben.</translation>
+  </message>
+  <message>
+   <source>Towards the viewer.</source>
+   <translation>Zum Betrachter.</translation>
+  </message>
+  <message>
+   <source>Radius of the sphere or the disc; 0 is a point.</source>
+   <translation>Radius der Kugel oder Scheibe; 0 ist ein Punkt.</translation>
+  </message>
+  <message>
+   <source>Width of the rectangle.</source>
+   <translation>Breite des Rechtecks.</translation>
+  </message>
+  <message>
+   <source>Height of the rectangle.</source>
+   <translation>Höhe des Rechtecks.</translation>
+  </message>
+  <message>
+   <source>Direction it faces: angle from straight up.</source>
+   <translation>Blickrichtung: Winkel von senkrecht nach oben.</translation>
+  </message>
+  <message>
+   <source>Direction it faces: turn from +Z towards +X.</source>
+   <translation>Blickrichtung: Drehung von +Z nach +X.</translation>
+  </message>
+  <message>
+   <source>Turn of the rectangle about the direction it faces.</source>
+   <translation>Drehung des Rechtecks um seine Blickrichtung.</translation>
+  </message>
+  <message>
+   <source>Irradiance at distance d: power / (4 π d²); rectangle and disc power / (π d²).</source>
+   <translation>Bestrahlungsstärke im Abstand d: Leistung / (4 π d²); Rechteck und Scheibe Leistung / (π d²).</translation>
+  </message>
+  <message>
+   <source>Linear RGB, times the power.</source>
+   <translation>Lineares RGB, mal der Leistung.</translation>
+  </message>
+  <message>
+   <source>a %1 has no %2; it has %3</source>
+   <translation>%1 hat kein %2, sondern %3</translation>
+  </message>
+  <message>
+   <source>Studio</source>
+   <translation>Studio</translation>
+  </message>
+  <message>
+   <source>Clear sky, sun at 60°</source>
+   <translation>Klarer Himmel, Sonne bei 60°</translation>
+  </message>
+  <message>
+   <source>Clear sky, sun at 30°</source>
+   <translation>Klarer Himmel, Sonne bei 30°</translation>
+  </message>
+  <message>
+   <source>Clear sky, sun at 10°</source>
+   <translation>Klarer Himmel, Sonne bei 10°</translation>
+  </message>
+  <message>
+   <source>Sunset, sun at 2°</source>
+   <translation>Sonnenuntergang, Sonne bei 2°</translation>
+  </message>
+  <message>
+   <source>Overcast sky</source>
+   <translation>Bedeckter Himmel</translation>
+  </message>
+  <message>
+   <source>Three softboxes</source>
+   <translation>Drei Softboxen</translation>
+  </message>
+  <message>
+   <source>Ring light</source>
+   <translation>Ringlicht</translation>
+  </message>
+  <message>
+   <source>Strip lights</source>
+   <translation>Lichtleisten</translation>
+  </message>
+  <message>
+   <source>Room with a window</source>
+   <translation>Raum mit Fenster</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine/texel</name>
+ </context>
+ <context>
+  <name>engine/capture</name>
+  <message>
+   <source>Lit from %1 and %2 of azimuth, images</source>
+   <translation>Beleuchtet aus den Azimuten %1 und %2 unterscheiden sich Bilder</translation>
+  </message>
+  <message>
+   <source>%1 of equal mean radiance are clipped and cannot be compared</source>
+   <translation>%1 gleicher mittlerer Strahldichte sind übersteuert und lassen sich nicht vergleichen</translation>
+  </message>
+  <message>
+   <source>%1 of equal mean radiance differ by %2</source>
+   <translation>%1 gleicher mittlerer Strahldichte um %2</translation>
+  </message>
+  <message>
+   <source>%1: isotropic and of small relief, as the method assumes</source>
+   <translation>%1: isotrop und mit geringem Relief, wie es das Verfahren annimmt</translation>
+  </message>
+  <message>
+   <source>%1: relief or grain shows, and lamps from other sides will look alike</source>
+   <translation>%1: Relief oder Maserung ist sichtbar, und Lampen auf anderen Seiten sehen gleich aus</translation>
+  </message>
+  <message>
+   <source>%1: the material is not isotropic, or its relief not small. A directional material shows it; for a shading map keep the photographs of one azimuth</source>
+   <translation>%1: das Material ist nicht isotrop, oder sein Relief ist nicht klein. Ein gerichtetes Material zeigt es; für eine Schattierungskarte die Fotos eines Azimuts behalten</translation>
+  </message>
+  <message>
+   <source>Comparing azimuths</source>
+   <translation>Azimute werden verglichen</translation>
+  </message>
+  <message>
+   <source>Separating the room light</source>
+   <translation>Raumlicht wird abgetrennt</translation>
+  </message>
+  <message>
+   <source>The photographs do not decide how they were lit: another distance or intensity of the lamps, or room light, explains them as well and turns half of the normals by more than %1°. State what is known (--lamp-distance, --dark, a .lights file)</source>
+   <translation>Die Fotos entscheiden nicht, wie sie beleuchtet waren: ein anderer Abstand oder andere Intensitäten der Lampen oder Raumlicht erklären sie ebenso und drehen die Hälfte der Normalen um mehr als %1°. Bekanntes angeben (--lamp-distance, --dark, eine .lights-Datei)</translation>
+  </message>
+  <message>
+   <source>held-out error %1 → %2 levels</source>
+   <translation>Fehler zurückgehaltener Fotos %1 → %2 Stufen</translation>
+  </message>
+  <message>
+   <source>%1: normals change by up to %2°, %3</source>
+   <translation>%1: Normalen ändern sich um bis zu %2°, %3</translation>
+  </message>
+  <message>
+   <source>The photographs do not tell that lamps are near: they are taken as distant</source>
+   <translation>Die Fotos verraten nicht, dass Lampen nah sind: sie gelten als fern</translation>
+  </message>
+  <message>
+   <source>any distance</source>
+   <translation>jeder Abstand</translation>
+  </message>
+  <message>
+   <source>Lamps %1 image widths away (%2 to %3)</source>
+   <translation>Lampen in %1 Bildbreiten Abstand (%2 bis %3)</translation>
+  </message>
+  <message>
+   <source>The photographs do not tell that lamps differ in intensity: they are taken as equal</source>
+   <translation>Die Fotos verraten keine Unterschiede in der Intensität der Lampen: sie gelten als gleich</translation>
+  </message>
+  <message>
+   <source>Lamps of %1 to %2 of their median intensity (each ±%3)</source>
+   <translation>Lampen mit %1 bis %2 ihrer mittleren Intensität (je ±%3)</translation>
+  </message>
+  <message>
+   <source>The photographs show no room light</source>
+   <translation>Die Fotos zeigen kein Raumlicht</translation>
+  </message>
+  <message>
+   <source>Room light of %1 of a lamp (±%2) from azimuth %3°</source>
+   <translation>Raumlicht von %1 einer Lampe (±%2) aus Azimut %3°</translation>
+  </message>
+  <message>
+   <source>The photographs do not tell the list of lights from one that is turned by half a circle: if hills look like valleys, import again with --lights-form turned</source>
+   <translation>Die Fotos unterscheiden die Lichterliste nicht von einer um einen halben Kreis gedrehten: wenn Hügel wie Täler aussehen, mit --lights-form turned neu importieren</translation>
+  </message>
+  <message>
+   <source>Looking for motion of the camera</source>
+   <translation>Bewegung der Kamera wird gesucht</translation>
+  </message>
+  <message>
+   <source>too few texels are lit in both photographs of the pairs</source>
+   <translation>in beiden Fotos der Paare sind zu wenige Texel beleuchtet</translation>
+  </message>
+  <message>
+   <source>their brightness over each other is known to %1 only</source>
+   <translation>ihr Helligkeitsverhältnis ist nur auf %1 bekannt</translation>
+  </message>
+  <message>
+   <source>95 % interval %1 to %2</source>
+   <translation>95-%-Intervall %1 bis %2</translation>
+  </message>
+  <message>
+   <source>as stated</source>
+   <translation>wie angegeben</translation>
+  </message>
+  <message>
+   <source>as estimated (%1)</source>
+   <translation>geschätzt (%1)</translation>
+  </message>
+  <message>
+   <source>; red, green, blue %1</source>
+   <translation>; Rot, Grün, Blau %1</translation>
+  </message>
+  <message>
+   <source>. They show %1 of the highlights, which was taken off</source>
+   <translation>. Sie zeigen %1 der Glanzlichter; dieser Anteil wurde abgezogen</translation>
+  </message>
+  <message>
+   <source>Crossed photographs are %1 times as bright as the diffuse part of parallel ones, %2%3%4</source>
+   <translation>Gekreuzte Fotos sind %1-mal so hell wie der diffuse Anteil der parallelen, %2%3%4</translation>
+  </message>
+  <message>
+   <source>4 stars</source>
+   <translation>4 Sterne</translation>
+  </message>
+  <message>
+   <source>3 stars</source>
+   <translation>3 Sterne</translation>
+  </message>
+  <message>
+   <source>2 stars</source>
+   <translation>2 Sterne</translation>
+  </message>
+  <message>
+   <source>1 star</source>
+   <translation>1 Stern</translation>
+  </message>
+  <message>
+   <source>Full</source>
+   <translation>Voll</translation>
+  </message>
+  <message>
+   <source>FADGI Technical Guidelines, 3rd edition, 2023: mean and 90th percentile of ΔE2000</source>
+   <translation>FADGI Technical Guidelines, 3. Ausgabe, 2023: Mittel und 90. Perzentil von ΔE2000</translation>
+  </message>
+  <message>
+   <source>Metamorfoze Preservation Imaging Guidelines 2.0, draft of 2023: mean and largest ΔE2000</source>
+   <translation>Metamorfoze Preservation Imaging Guidelines 2.0, Entwurf von 2023: Mittel und Maximum von ΔE2000</translation>
+  </message>
+  <message>
+   <source>Metamorfoze</source>
+   <translation>Metamorfoze</translation>
+  </message>
+  <message>
+   <source>white balance</source>
+   <translation>Weißabgleich</translation>
+  </message>
+  <message>
+   <source>3 × 3 matrix</source>
+   <translation>3 × 3-Matrix</translation>
+  </message>
+  <message>
+   <source>root polynomials</source>
+   <translation>Wurzelpolynome</translation>
+  </message>
+  <message>
+   <source>below all levels</source>
+   <translation>unter allen Stufen</translation>
+  </message>
+  <message>
+   <source>Colours were corrected by the chart in %1 (%2): ΔE2000 of its patches %3 → %4 in the mean, %5 → %6 at most, %7 on patches left out; %8</source>
+   <translation>Farben wurden nach der Farbtafel in %1 korrigiert (%2): ΔE2000 ihrer Felder %3 → %4 im Mittel, %5 → %6 höchstens, %7 auf zurückgehaltenen Feldern; %8</translation>
+  </message>
+  <message>
+   <source>a chart is written to %1, not to %2</source>
+   <translation>eine Farbtafel wird als %1 geschrieben, nicht als %2</translation>
+  </message>
+  <message>
+   <source>a file without an ending</source>
+   <translation>eine Datei ohne Endung</translation>
+  </message>
+  <message>
+   <source>does not hold a chart as Lightarc writes it: %1%2</source>
+   <translation>enthält keine Farbtafel, wie Lightarc sie schreibt: %1%2</translation>
+  </message>
+  <message>
+   <source>Write it again with --write-chart</source>
+   <translation>Mit --write-chart neu schreiben</translation>
+  </message>
+  <message>
+   <source>holds a chart without a patch</source>
+   <translation>enthält eine Farbtafel ohne Feld</translation>
+  </message>
+  <message>
+   <source>Colour chart in %1</source>
+   <translation>Farbtafel in %1</translation>
+  </message>
+  <message>
+   <source>dark skin</source>
+   <translation>dunkle Haut</translation>
+  </message>
+  <message>
+   <source>light skin</source>
+   <translation>helle Haut</translation>
+  </message>
+  <message>
+   <source>blue sky</source>
+   <translation>Himmelblau</translation>
+  </message>
+  <message>
+   <source>blue flower</source>
+   <translation>Blütenblau</translation>
+  </message>
+  <message>
+   <source>bluish green</source>
+   <translation>Blaugrün</translation>
+  </message>
+  <message>
+   <source>purplish blue</source>
+   <translation>Purpurblau</translation>
+  </message>
+  <message>
+   <source>moderate red</source>
+   <translation>mäßiges Rot</translation>
+  </message>
+  <message>
+   <source>yellow green</source>
+   <translation>Gelbgrün</translation>
+  </message>
+  <message>
+   <source>orange yellow</source>
+   <translation>Orangegelb</translation>
+  </message>
+  <message>
+   <source>neutral 8</source>
+   <translation>Neutral 8</translation>
+  </message>
+  <message>
+   <source>neutral 6.5</source>
+   <translation>Neutral 6,5</translation>
+  </message>
+  <message>
+   <source>neutral 5</source>
+   <translation>Neutral 5</translation>
+  </message>
+  <message>
+   <source>neutral 3.5</source>
+   <translation>Neutral 3,5</translation>
+  </message>
+  <message>
+   <source>unknown part %1 of the light; choose from %2</source>
+   <translation>unbekannter Anteil %1 des Lichts; möglich: %2</translation>
+  </message>
+  <message>
+   <source>Made of the whole light of the pairs: highlights of the photographs are in the map</source>
+   <translation>Aus dem ganzen Licht der Paare erzeugt: Glanzlichter der Fotos sind in der Karte</translation>
+  </message>
+  <message>
+   <source>reading the diffuse part</source>
+   <translation>diffuser Anteil wird gelesen</translation>
+  </message>
+  <message>
+   <source>Made of the diffuse part of the pairs: highlights, %1 of the light, are left to the BRDF</source>
+   <translation>Aus dem diffusen Anteil der Paare erzeugt: Glanzlichter, %1 des Lichts, bleiben der BRDF überlassen</translation>
+  </message>
+  <message>
+   <source>read from bare numbers in the file names</source>
+   <translation>aus bloßen Zahlen in den Dateinamen gelesen wurden</translation>
+  </message>
+  <message>
+   <source>assumed in the order of the file names</source>
+   <translation>in der Reihenfolge der Dateinamen angenommen wurden</translation>
+  </message>
+  <message>
+   <source>The photographs grow brighter with the elevations that were %1</source>
+   <translation>Die Fotos werden mit den Elevationen heller, die %1</translation>
+  </message>
+  <message>
+   <source>%1, as they do on an arc</source>
+   <translation>%1, wie auf einem Bogen</translation>
+  </message>
+  <message>
+   <source>the photographs do not grow brighter with the elevations that were %1</source>
+   <translation>die Fotos werden nicht mit den Elevationen heller, die %1</translation>
+  </message>
+  <message>
+   <source>%1%2; they were taken because a user said so</source>
+   <translation>%1%2; auf Anweisung trotzdem verwendet</translation>
+  </message>
+  <message>
+   <source>nothing says where the lamp stood, and %1, as they would on an arc</source>
+   <translation>nichts sagt, wo die Lampe stand, und %1, wie sie es auf einem Bogen täten</translation>
+  </message>
+  <message>
+   <source>Give the elevations in the order of the names (--angles-deg 10,20,30), add an .lp file or capture.toml, measure them on a mirror sphere (--sphere auto), estimate them (--estimate-lights), or say that these are right (--trust-angles)</source>
+   <translation>Die Elevationen in der Reihenfolge der Namen angeben (--angles-deg 10,20,30), eine .lp-Datei oder capture.toml hinzufügen, sie an einer Spiegelkugel messen (--sphere auto), sie schätzen (--estimate-lights) oder sagen, dass diese stimmen (--trust-angles)</translation>
+  </message>
+  <message>
+   <source>%1, or import the other %2 photographs without it</source>
+   <translation>%1, oder die anderen %2 Fotos ohne dieses importieren</translation>
+  </message>
+  <message>
+   <source>was left out: it %1. %2</source>
+   <translation>wurde ausgeschlossen: es %1. %2</translation>
+  </message>
+  <message>
+   <source>, and so are %1 more of no use</source>
+   <translation>, und %1 weitere sind ebenso unbrauchbar</translation>
+  </message>
+  <message>
+   <source>%1, import the other %2 photographs without %3</source>
+   <translation>%1, die anderen %2 Fotos ohne %3 importieren</translation>
+  </message>
+  <message>
+   <source>%1, or use all of them</source>
+   <translation>%1, oder alle verwenden</translation>
+  </message>
+  <message>
+   <source>is black, with %1 of the light in its brightest pixels that the others lead to expect</source>
+   <translation>ist schwarz, mit %1 des Lichts in seinen hellsten Pixeln, das die anderen erwarten lassen</translation>
+  </message>
+  <message>
+   <source>Check that its lamp lit, and photograph it again</source>
+   <translation>Prüfen, ob die Lampe leuchtete, und noch einmal fotografieren</translation>
+  </message>
+  <message>
+   <source>is overexposed, with %1 of its lit pixels clipped where others have %2</source>
+   <translation>ist überbelichtet: %1 seiner beleuchteten Pixel sind übersteuert, bei anderen %2</translation>
+  </message>
+  <message>
+   <source>Photograph it again with a shorter exposure</source>
+   <translation>Mit kürzerer Belichtung noch einmal fotografieren</translation>
+  </message>
+  <message>
+   <source>evening out the brightness</source>
+   <translation>Helligkeit wird ausgeglichen</translation>
+  </message>
+  <message>
+   <source>changes its brightness slowly by %1 over the sample, the most of all</source>
+   <translation>ändert seine Helligkeit über die Probe langsam um %1, am stärksten von allen</translation>
+  </message>
+  <message>
+   <source>%1, which was evened out before the material was tiled</source>
+   <translation>%1; das wurde vor dem Kacheln ausgeglichen</translation>
+  </message>
+  <message>
+   <source>; no lamp does so much, as an object before a dark background does: import the material alone, by its </source>
+   <translation>; so viel bewirkt keine Lampe, wohl aber ein Objekt vor dunklem Hintergrund: nur das Material importieren, durch seinen </translation>
+  </message>
+  <message>
+   <source>framing, or leave the brightness as it is</source>
+   <translation>Bildausschnitt, oder die Helligkeit lassen, wie sie ist</translation>
+  </message>
+  <message>
+   <source>No sample of these 16-bit files is above %1: they are taken to hold %2 bits, with %3 as the white level</source>
+   <translation>Kein Abtastwert dieser 16-Bit-Dateien liegt über %1: sie gelten als %2 Bit mit %3 als Weißpegel</translation>
+  </message>
+  <message>
+   <source>EXIF orientations differ (%1 of %2 photographs have %3), as cameras that look down tag them by chance: %4 is taken for all</source>
+   <translation>EXIF-Ausrichtungen unterscheiden sich (%1 von %2 Fotos haben %3), wie sie Kameras mit Blick nach unten zufällig setzen: %4 gilt für alle</translation>
+  </message>
+  <message>
+   <source>Many samples of %1 of %2 floating-point photographs are exactly the largest value (%3), and none is above it: they are taken as clipped</source>
+   <translation>Viele Abtastwerte von %1 von %2 Gleitkomma-Fotos sind genau der größte Wert (%3), und keiner liegt darüber: sie gelten als übersteuert</translation>
+  </message>
+  <message>
+   <source>was turned during the capture: EXIF orientation %1, and the others have %2</source>
+   <translation>wurde während der Aufnahme gedreht: EXIF-Ausrichtung %1, und die anderen haben %2</translation>
+  </message>
+  <message>
+   <source>Leave it out, or turn its pixels and remove the tag</source>
+   <translation>Ausschließen, oder seine Pixel drehen und die Angabe entfernen</translation>
+  </message>
+  <message>
+   <source>maps of the surface are made in %1; no colours lie beyond Rec.709</source>
+   <translation>Karten der Oberfläche werden in %1 erzeugt; keine Farben liegen außerhalb von Rec.709</translation>
+  </message>
+  <message>
+   <source>colours of %1 of the texels lie beyond Rec.709, by up to %2</source>
+   <translation>Farben von %1 der Texel liegen außerhalb von Rec.709, um bis zu %2</translation>
+  </message>
+  <message>
+   <source>maps of the surface clip them, unless imported with --working-space rec2020</source>
+   <translation>Karten der Oberfläche beschneiden sie, sofern nicht mit --working-space rec2020 importiert</translation>
+  </message>
+  <message>
+   <source>%1 of their largest component: %2</source>
+   <translation>%1 ihrer größten Komponente: %2</translation>
+  </message>
+  <message>
+   <source>%1 of them</source>
+   <translation>%1 davon</translation>
+  </message>
+  <message>
+   <source>%1 of their largest component; maps of the surface are made in %2, beyond which lie %3</source>
+   <translation>%1 ihrer größten Komponente; Karten der Oberfläche werden in %2 erzeugt, außerhalb davon liegen %3</translation>
+  </message>
+  <message>
+   <source>colours of %1 of the texels lie beyond Rec.709</source>
+   <translation>Farben von %1 der Texel liegen außerhalb von Rec.709</translation>
+  </message>
+  <message>
+   <source>%1: slices keep them, and a power law clips them</source>
+   <translation>%1: Schichten behalten sie, ein Potenzgesetz schneidet sie ab</translation>
+  </message>
+  <message>
+   <source>planes clip them, by up to %1 of their largest component</source>
+   <translation>Ebenen beschneiden sie um bis zu %1 ihrer größten Komponente</translation>
+  </message>
+  <message>
+   <source>shows no colour chart whose patches can be measured</source>
+   <translation>zeigt keine Farbtafel, deren Felder sich messen lassen</translation>
+  </message>
+  <message>
+   <source>Photograph a classic chart of 24 patches, wholly in the image, sharp, and neither clipped nor mirroring a lamp; name that photograph with --chart</source>
+   <translation>Eine klassische Tafel mit 24 Feldern fotografieren, ganz im Bild, scharf, weder übersteuert noch mit Spiegelung einer Lampe; dieses Foto mit --chart nennen</translation>
+  </message>
+  <message>
+   <source>unknown working space %1; choose from %2</source>
+   <translation>unbekannter Arbeitsfarbraum %1; möglich: %2</translation>
+  </message>
+  <message>
+   <source>a scale by the chart needs a photograph that shows one: give chart as well</source>
+   <translation>ein Maßstab nach der Farbtafel braucht ein Foto, das eine zeigt: auch chart angeben</translation>
+  </message>
+  <message>
+   <source>unknown calibration %1; choose from auto, none, %2</source>
+   <translation>unbekannte Kalibrierung %1; möglich: auto, none, %2</translation>
+  </message>
+  <message>
+   <source>bands %1 are not one or three, which count from 1</source>
+   <translation>Kanäle %1 sind nicht einer oder drei, gezählt ab 1</translation>
+  </message>
+  <message>
+   <source>unknown motion %1; choose from auto, none, %2</source>
+   <translation>unbekannte Bewegung %1; möglich: auto, none, %2</translation>
+  </message>
+  <message>
+   <source>unknown transfer %1; choose from auto, srgb, linear</source>
+   <translation>unbekannte Übertragungsfunktion %1; möglich: auto, srgb, linear</translation>
+  </message>
+  <message>
+   <source>crop %1 needs left and top from 0, width and height from 1</source>
+   <translation>der Ausschnitt %1 braucht links und oben ab 0, Breite und Höhe ab 1</translation>
+  </message>
+  <message>
+   <source>a crop and a framing cannot both be followed</source>
+   <translation>ein Ausschnitt und ein Bildausschnitt gelten nicht zugleich</translation>
+  </message>
+  <message>
+   <source>lamps are equalised by a white patch or by the object, not by %1</source>
+   <translation>Lampen werden nach einem weißen Feld oder nach dem Objekt angeglichen, nicht nach %1</translation>
+  </message>
+  <message>
+   <source>pair_gain %1 is not between %2 and %3</source>
+   <translation>pair_gain %1 liegt nicht zwischen %2 und %3</translation>
+  </message>
+  <message>
+   <source>lamp_distance %1 is not above half a width of the image</source>
+   <translation>der Lampenabstand %1 ist nicht größer als eine halbe Bildbreite</translation>
+  </message>
+  <message>
+   <source>Give --sphere COLUMN,ROW,RADIUS or auto as well</source>
+   <translation>Auch --sphere COLUMN,ROW,RADIUS oder auto angeben</translation>
+  </message>
+  <message>
+   <source>has no first mirror sphere that a second could add to</source>
+   <translation>hat keine erste Spiegelkugel, die eine zweite ergänzen könnte</translation>
+  </message>
+  <message>
+   <source>Reading the white balance</source>
+   <translation>Weißabgleich wird gelesen</translation>
+  </message>
+  <message>
+   <source>Each lamp was divided by its own flat field, so that all are equally bright and even over the sample</source>
+   <translation>Jede Lampe wurde durch ihr eigenes Weißbild geteilt, sodass alle gleich hell und über die Probe gleichmäßig sind</translation>
+  </message>
+  <message>
+   <source>Reading the scale</source>
+   <translation>Maßstab wird gelesen</translation>
+  </message>
+  <message>
+   <source>Reading the lens</source>
+   <translation>Objektiv wird gelesen</translation>
+  </message>
+  <message>
+   <source>does not say where the patches of the chart are in the photographs</source>
+   <translation>sagt nicht, wo die Felder der Farbtafel in den Fotos liegen</translation>
+  </message>
+  <message>
+   <source>Name a photograph that shows the chart with --chart, not a .chart file</source>
+   <translation>Mit --chart ein Foto der Farbtafel angeben, keine .chart-Datei</translation>
+  </message>
+  <message>
+   <source>does not tell the scale: %1</source>
+   <translation>zeigt den Maßstab nicht: %1</translation>
+  </message>
+  <message>
+   <source>Lay it flat beside the sample</source>
+   <translation>Flach neben die Probe legen</translation>
+  </message>
+  <message>
+   <source>focal length</source>
+   <translation>Brennweite</translation>
+  </message>
+  <message>
+   <source>size of the sensor's pixels</source>
+   <translation>Größe der Sensorpixel</translation>
+  </message>
+  <message>
+   <source>State the scale, mark a known length, or show a chart</source>
+   <translation>Den Maßstab angeben, eine bekannte Länge markieren oder eine Farbtafel zeigen</translation>
+  </message>
+  <message>
+   <source>Measure the distance from the sample to the sensor and give it with --scale exif=MM</source>
+   <translation>Den Abstand von der Probe zum Sensor messen und mit --scale exif=MM angeben</translation>
+  </message>
+  <message>
+   <source>does not note the %1, from which a scale could be estimated</source>
+   <translation>vermerkt %1 nicht, woraus sich ein Maßstab schätzen ließe</translation>
+  </message>
+  <message>
+   <source> and the </source>
+   <translation> und </translation>
+  </message>
+  <message>
+   <source>Measure the distance again</source>
+   <translation>Den Abstand neu messen</translation>
+  </message>
+  <message>
+   <source>%1 mm per pixel (95 % interval %2 to %3)</source>
+   <translation>%1 mm je Pixel (95-%-Intervall %2 bis %3)</translation>
+  </message>
+  <message>
+   <source>The camera's notes suggest %1, which is not used: --scale exif takes this estimate</source>
+   <translation>Die Angaben der Kamera legen %1 nahe; das wird nicht verwendet: --scale exif übernimmt diese Schätzung</translation>
+  </message>
+  <message>
+   <source>Looking for the colour chart</source>
+   <translation>Farbtafel wird gesucht</translation>
+  </message>
+  <message>
+   <source>The file of lights states that the lamps are %1 image widths away</source>
+   <translation>Die Datei der Lichter gibt an, dass die Lampen %1 Bildbreiten entfernt sind</translation>
+  </message>
+  <message>
+   <source>The file of lights states the intensity of each lamp</source>
+   <translation>Die Datei der Lichter gibt die Intensität jeder Lampe an</translation>
+  </message>
+  <message>
+   <source>; differences that change smoothly over the lamps cannot be told from the reflectance and stay</source>
+   <translation>; Unterschiede, die sich gleichmäßig über die Lampen ändern, lassen sich vom Reflexionsgrad nicht trennen und bleiben</translation>
+  </message>
+  <message>
+   <source>the object</source>
+   <translation>das Objekt</translation>
+  </message>
+  <message>
+   <source>the white patch</source>
+   <translation>das weiße Feld</translation>
+  </message>
+  <message>
+   <source>Lamps were equalised by %1: their intensities were %2 to %3 of the median</source>
+   <translation>Lampen wurden angeglichen durch %1: ihre Intensitäten waren %2 bis %3 des Medians</translation>
+  </message>
+  <message>
+   <source>holds frames of each lamp, and the photographs are several exposures of each</source>
+   <translation>enthält Bilder jeder Lampe, und die Fotos sind mehrere Belichtungen von jeder</translation>
+  </message>
+  <message>
+   <source>Give one frame for all, or one exposure of each light</source>
+   <translation>Ein Bild für alle angeben oder eine Belichtung jedes Lichts</translation>
+  </message>
+  <message>
+   <source>holds %1 frames for %2 photographs, with other names</source>
+   <translation>enthält %1 Bilder für %2 Fotos, mit anderen Namen</translation>
+  </message>
+  <message>
+   <source>Give one frame for each photograph, with its name or in the same order</source>
+   <translation>Ein Bild für jedes Foto angeben, mit dessen Namen oder in derselben Reihenfolge</translation>
+  </message>
+  <message>
+   <source>The lamp is near, but nothing says on which side it stood: its fall-off is corrected as if it stood on the right. State azimuth_deg in capture.toml, give an .lp file, or measure the lights on a mirror sphere</source>
+   <translation>Die Lampe ist nah, aber nichts sagt, auf welcher Seite sie stand: ihr Lichtabfall wird korrigiert, als stünde sie rechts. azimuth_deg in capture.toml angeben, eine .lp-Datei angeben oder die Lichter an einer Spiegelkugel messen</translation>
+  </message>
+  <message>
+   <source>Reading exposures</source>
+   <translation>Belichtungen werden gelesen</translation>
+  </message>
+  <message>
+   <source>holds no %1, to which the others are to be aligned</source>
+   <translation>enthält kein %1, auf das die anderen ausgerichtet werden sollen</translation>
+  </message>
+  <message>
+   <source>Name a photograph that is there, the shortest exposure of its light</source>
+   <translation>Ein vorhandenes Foto nennen, die kürzeste Belichtung seines Lichts</translation>
+  </message>
+  <message>
+   <source>gives control points for %1, to which the others are aligned</source>
+   <translation>gibt Passpunkte für %1 an, auf das die anderen ausgerichtet sind</translation>
+  </message>
+  <message>
+   <source>Remove them, or name another reference</source>
+   <translation>Entfernen oder eine andere Referenz nennen</translation>
+  </message>
+  <message>
+   <source>holds no %1, for which control points are given</source>
+   <translation>enthält kein %1, für das Passpunkte angegeben sind</translation>
+  </message>
+  <message>
+   <source>Mark points in the photographs that are there</source>
+   <translation>Punkte in vorhandenen Fotos setzen</translation>
+  </message>
+  <message>
+   <source>holds pairs under polarisers, but %1 has no crossed photograph</source>
+   <translation>enthält Paare unter Polfiltern, aber %1 hat kein gekreuztes Foto</translation>
+  </message>
+  <message>
+   <source>Add it, or take the parallel one out</source>
+   <translation>Hinzufügen oder das parallele herausnehmen</translation>
+  </message>
+  <message>
+   <source>holds no pairs under polarisers, of which a gain is stated</source>
+   <translation>enthält keine Paare unter Polfiltern, für die ein Faktor angegeben ist</translation>
+  </message>
+  <message>
+   <source>Import it without</source>
+   <translation>Ohne importieren</translation>
+  </message>
+  <message>
+   <source>%1 cannot be merged: not all exposures are known</source>
+   <translation>%1 lassen sich nicht zusammenführen: nicht alle Belichtungen sind bekannt</translation>
+  </message>
+  <message>
+   <source>State exposure_s of all photographs in capture.toml</source>
+   <translation>exposure_s aller Fotos in capture.toml angeben</translation>
+  </message>
+  <message>
+   <source>%1 has %2 × %3</source>
+   <translation>%1 hat %2 × %3</translation>
+  </message>
+  <message>
+   <source> and %1 more differ</source>
+   <translation> und %1 weitere weichen ab</translation>
+  </message>
+  <message>
+   <source>%1 of %2 photographs have %3 × %4 px, but %5%6</source>
+   <translation>%1 von %2 Fotos haben %3 × %4 px, aber %5%6</translation>
+  </message>
+  <message>
+   <source>Leave these out, or crop them to the size of the others</source>
+   <translation>Ausschließen oder auf die Größe der anderen zuschneiden</translation>
+  </message>
+  <message>
+   <source>%1 and %2 are the same image</source>
+   <translation>%1 und %2 sind dasselbe Bild</translation>
+  </message>
+  <message>
+   <source>Leave one of them out</source>
+   <translation>Eines davon ausschließen</translation>
+  </message>
+  <message>
+   <source>Colour profile %1 was applied</source>
+   <translation>Farbprofil %1 wurde angewendet</translation>
+  </message>
+  <message>
+   <source>Colours of %1 were converted to linear Rec.709 by the camera matrix of %2, without a profile</source>
+   <translation>Farben von %1 wurden mit der Kameramatrix von %2 nach linearem Rec.709 umgerechnet, ohne Profil</translation>
+  </message>
+  <message>
+   <source>the camera</source>
+   <translation>die Kamera</translation>
+  </message>
+  <message>
+   <source>Bit depths differ: %1. Each is scaled by its own white level</source>
+   <translation>Bittiefen unterscheiden sich: %1. Jede wird mit ihrem eigenen Weißpegel skaliert</translation>
+  </message>
+  <message>
+   <source>%1 bit</source>
+   <translation>%1 Bit</translation>
+  </message>
+  <message>
+   <source>Cameras differ: %1. Leave out those that do not belong</source>
+   <translation>Kameras unterscheiden sich: %1. Nicht dazugehörende ausschließen</translation>
+  </message>
+  <message>
+   <source>Transfer functions differ: %1. State transfer in capture.toml</source>
+   <translation>Übertragungsfunktionen unterscheiden sich: %1. transfer in capture.toml angeben</translation>
+  </message>
+  <message>
+   <source>Colour profiles differ: %1. Each was applied</source>
+   <translation>Farbprofile unterscheiden sich: %1. Jedes wurde angewandt</translation>
+  </message>
+  <message>
+   <source>White balances differ: %1. Give one for all with --white-balance</source>
+   <translation>Weißabgleiche unterscheiden sich: %1. Einen für alle mit --white-balance angeben</translation>
+  </message>
+  <message>
+   <source>%1 (%2 photographs, %3 first)</source>
+   <translation>%1 (%2 Fotos, zuerst %3)</translation>
+  </message>
+  <message>
+   <source>Writing %1 of %2</source>
+   <translation>%1 von %2 wird geschrieben</translation>
+  </message>
+  <message>
+   <source>Scale: %1</source>
+   <translation>Maßstab: %1</translation>
+  </message>
+  <message>
+   <source>Read %1 of %2</source>
+   <translation>%1 von %2 gelesen</translation>
+  </message>
+  <message>
+   <source>holds pairs under polarisers of which both photographs are the same image</source>
+   <translation>enthält Paare unter Polfiltern, deren beide Fotos dasselbe Bild sind</translation>
+  </message>
+  <message>
+   <source>Give the crossed photographs</source>
+   <translation>Die gekreuzten Fotos angeben</translation>
+  </message>
+  <message>
+   <source>Reading %1 of %2</source>
+   <translation>%1 von %2 wird gelesen</translation>
+  </message>
+  <message>
+   <source>Reading %1 of %2, crossed</source>
+   <translation>%1 von %2 wird gelesen, gekreuzt</translation>
+  </message>
+  <message>
+   <source>The list of lights does not seem to belong to the photographs: it fits clearly better %1 (residual %2 → %3 of the brightness, slopes that belong to no surface %4 → %5). Nothing was changed or calibrated: import again with --lights-form %6, or correct the list</source>
+   <translation>Die Lichterliste scheint nicht zu den Fotos zu gehören: sie passt deutlich besser %1 (Rest %2 → %3 der Helligkeit, Steigungen, die zu keiner Oberfläche gehören, %4 → %5). Nichts wurde geändert oder kalibriert: mit --lights-form %6 neu importieren oder die Liste berichtigen</translation>
+  </message>
+  <message>
+   <source>. If hills then look like valleys, it is %1</source>
+   <translation>. Sehen Hügel dann wie Täler aus, ist sie %1</translation>
+  </message>
+  <message>
+   <source>coded as sRGB</source>
+   <translation>als sRGB kodiert</translation>
+  </message>
+  <message>
+   <source>The samples of the photographs seem to be %1, but were read as %2: error on photographs held out %3 → %4 levels</source>
+   <translation>Die Abtastwerte der Fotos scheinen %1 zu sein, wurden aber als %2 gelesen: Fehler zurückgehaltener Fotos %3 → %4 Stufen</translation>
+  </message>
+  <message>
+   <source>. No rig was calibrated: import again with --transfer %1, or %2 if that is right</source>
+   <translation>. Es wurde kein Aufbau kalibriert: mit --transfer %1 neu importieren, oder mit %2, wenn das stimmt</translation>
+  </message>
+  <message>
+   <source>The camera moved by up to %1 px: photographs were shifted back, %2</source>
+   <translation>Die Kamera bewegte sich um bis zu %1 px: Fotos wurden zurückgeschoben, %2</translation>
+  </message>
+  <message>
+   <source>The photographs do not tell that the camera moved: they stay as they are (%1)</source>
+   <translation>Die Fotos verraten keine Bewegung der Kamera: sie bleiben, wie sie sind (%1)</translation>
+  </message>
+  <message>
+   <source>holds pairs under polarisers whose parts cannot be taken apart: %1</source>
+   <translation>enthält Paare unter Polfiltern, deren Anteile sich nicht trennen lassen: %1</translation>
+  </message>
+  <message>
+   <source>State how bright a matte white patch is in a crossed photograph over the parallel one with --pair-gain, or import the photographs as they are with --pair none</source>
+   <translation>Mit --pair-gain angeben, wie hell ein mattes weißes Feld in einem gekreuzten Foto im Verhältnis zum parallelen ist, oder die Fotos mit --pair none importieren, wie sie sind</translation>
+  </message>
+  <message>
+   <source>Calibrating</source>
+   <translation>Kalibrierung</translation>
+  </message>
+  <message>
+   <source>has control points, but is the one that the others are aligned to</source>
+   <translation>hat Passpunkte, ist aber das Foto, auf das die anderen ausgerichtet werden</translation>
+  </message>
+  <message>
+   <source>Say which photograph is the reference: reference in capture.toml</source>
+   <translation>Angeben, welches Foto die Referenz ist: reference in capture.toml</translation>
+  </message>
+  <message>
+   <source>The lights spread over %1° of azimuth, so that a directional material shows them best; a shading map, which knows their elevations alone, averages relief that is lit from several sides</source>
+   <translation>Die Lichter verteilen sich über %1° Azimut, sodass ein gerichtetes Material sie am besten zeigt; eine Schattierungskarte kennt nur ihre Elevationen und mittelt Relief, das von mehreren Seiten beleuchtet ist</translation>
+  </message>
+  <message>
+   <source>has a key of more than %1 parts</source>
+   <translation>hat einen Schlüssel mit mehr als %1 Teilen</translation>
+  </message>
+  <message>
+   <source>Correct it, or remove the file</source>
+   <translation>Korrigieren oder die Datei entfernen</translation>
+  </message>
+  <message>
+   <source>is not valid TOML (%1)</source>
+   <translation>ist kein gültiges TOML (%1)</translation>
+  </message>
+  <message>
+   <source>Correct this key, or remove the file</source>
+   <translation>Diesen Schlüssel korrigieren oder die Datei entfernen</translation>
+  </message>
+  <message>
+   <source>Thumbnails</source>
+   <translation>Vorschaubilder</translation>
+  </message>
+  <message>
+   <source>Copies, equal in every byte,</source>
+   <translation>Kopien, gleich in jedem Byte,</translation>
+  </message>
+  <message>
+   <source>Edits</source>
+   <translation>Bearbeitungen</translation>
+  </message>
+  <message>
+   <source>%1 were left out</source>
+   <translation>%1 wurden ausgelassen</translation>
+  </message>
+  <message>
+   <source>Shots lie there in several kinds of files; %1 %2 taken, not</source>
+   <translation>Aufnahmen liegen dort in mehreren Dateiarten; verwendet: %1, nicht</translation>
+  </message>
+  <message>
+   <source>Not all photographs are of one kind: %1 are mixed</source>
+   <translation>Die Fotos sind nicht alle von einer Art: %1 sind gemischt</translation>
+  </message>
+  <message>
+   <source>has its lights from another source</source>
+   <translation>hat seine Lichter aus einer anderen Quelle</translation>
+  </message>
+  <message>
+   <source>Open it as a project of its own</source>
+   <translation>Als eigenes Projekt öffnen</translation>
+  </message>
+  <message>
+   <source>has pairs under polarisers, and the other photographs have none</source>
+   <translation>hat Paare unter Polfiltern, und die anderen Fotos haben keine</translation>
+  </message>
+  <message>
+   <source>Open it by itself</source>
+   <translation>Allein öffnen</translation>
+  </message>
+  <message>
+   <source>holds photographs that are there already, or that are called the same: %1</source>
+   <translation>enthält Fotos, die schon da sind oder gleich heißen: %1</translation>
+  </message>
+  <message>
+   <source>Leave them out, or give them other names</source>
+   <translation>Ausschließen oder anders benennen</translation>
+  </message>
+  <message>
+   <source>%1 and %2</source>
+   <translation>%1 und %2</translation>
+  </message>
+  <message>
+   <source>has the light of another photograph (%1, %2)</source>
+   <translation>hat das Licht eines anderen Fotos (%1, %2)</translation>
+  </message>
+  <message>
+   <source>Leave one of them out, or correct its light</source>
+   <translation>Eines davon ausschließen oder sein Licht korrigieren</translation>
+  </message>
+  <message>
+   <source>Measuring the lamp of %1 of %2</source>
+   <translation>Die Lampe von %1 von %2 wird gemessen</translation>
+  </message>
+  <message>
+   <source>does not show the white patch, or clipped</source>
+   <translation>zeigt das weiße Feld nicht oder übersteuert</translation>
+  </message>
+  <message>
+   <source>Give another patch</source>
+   <translation>Ein anderes Feld angeben</translation>
+  </message>
+  <message>
+   <source>is black</source>
+   <translation>ist schwarz</translation>
+  </message>
+  <message>
+   <source>Leave it out</source>
+   <translation>Ausschließen</translation>
+  </message>
+  <message>
+   <source>has %1 lamps, too few to tell their intensities from the reflectance of the object</source>
+   <translation>hat %1 Lampen, zu wenige, um ihre Intensitäten vom Reflexionsgrad des Objekts zu trennen</translation>
+  </message>
+  <message>
+   <source>Give a white patch (--equalise LEFT,TOP,WIDTH,HEIGHT), or %1 lamps</source>
+   <translation>Ein weißes Feld (--equalise LEFT,TOP,WIDTH,HEIGHT) oder %1 Lampen angeben</translation>
+  </message>
+  <message>
+   <source>Elevations were read from the file names</source>
+   <translation>Elevationen wurden aus den Dateinamen gelesen</translation>
+  </message>
+  <message>
+   <source>No angles were found</source>
+   <translation>Keine Winkel gefunden</translation>
+  </message>
+  <message>
+   <source>holds several light-position files: %1</source>
+   <translation>enthält mehrere Dateien mit Lichtpositionen: %1</translation>
+  </message>
+  <message>
+   <source>Keep the one that belongs</source>
+   <translation>Die zugehörige behalten</translation>
+  </message>
+  <message>
+   <source>%1 photographs, but %2 angles were given</source>
+   <translation>%1 Fotos, aber %2 Winkel angegeben</translation>
+  </message>
+  <message>
+   <source>Give one elevation in degrees per photograph, in the order of their names</source>
+   <translation>Eine Elevation in Grad je Foto angeben, in der Reihenfolge der Namen</translation>
+  </message>
+  <message>
+   <source>an elevation of %1° is outside 0° to 90°</source>
+   <translation>eine Elevation von %1° liegt nicht zwischen 0° und 90°</translation>
+  </message>
+  <message>
+   <source>The elevation of the light counts from the sample (0°) to straight above (90°)</source>
+   <translation>Die Elevation des Lichts zählt von der Probe (0°) bis senkrecht darüber (90°)</translation>
+  </message>
+  <message>
+   <source>lists %1 more than once</source>
+   <translation>nennt %1 mehr als einmal</translation>
+  </message>
+  <message>
+   <source>Keep one entry for each</source>
+   <translation>Je einen Eintrag behalten</translation>
+  </message>
+  <message>
+   <source>Add it, or the table [sphere] of a mirror sphere that shows it</source>
+   <translation>Sie hinzufügen, oder die Tabelle [sphere] einer Spiegelkugel, die sie zeigt</translation>
+  </message>
+  <message>
+   <source>gives no elevation_deg for %1</source>
+   <translation>gibt kein elevation_deg für %1 an</translation>
+  </message>
+  <message>
+   <source>%1 image widths away</source>
+   <translation>%1 Bildbreiten entfernt</translation>
+  </message>
+  <message>
+   <source>, with intensities of %1 to %2 of the median</source>
+   <translation>, mit Intensitäten von %1 bis %2 des Medians</translation>
+  </message>
+  <message>
+   <source>states the %1 lamps: %2%3</source>
+   <translation>gibt die %1 Lampen an: %2%3</translation>
+  </message>
+  <message>
+   <source>without their extensions</source>
+   <translation>ohne ihre Endungen</translation>
+  </message>
+  <message>
+   <source>by their numbers alone</source>
+   <translation>nur nach ihren Nummern</translation>
+  </message>
+  <message>
+   <source>line %1 (%2)</source>
+   <translation>Zeile %1 (%2)</translation>
+  </message>
+  <message>
+   <source>in the order of its lines</source>
+   <translation>in der Reihenfolge ihrer Zeilen</translation>
+  </message>
+  <message>
+   <source>%1 is %2</source>
+   <translation>%1 ist %2</translation>
+  </message>
+  <message>
+   <source>names other files than the photographs; they were matched %1: %2, %3. Check that this is right</source>
+   <translation>nennt andere Dateien als die Fotos; sie wurden %1 zugeordnet: %2, %3. Prüfen, ob das stimmt</translation>
+  </message>
+  <message>
+   <source>describes %1 lamps, but there are %2 photographs</source>
+   <translation>beschreibt %1 Lampen, aber es gibt %2 Fotos</translation>
+  </message>
+  <message>
+   <source>Add the photographs that are missing, or correct it</source>
+   <translation>Die fehlenden Fotos hinzufügen oder sie berichtigen</translation>
+  </message>
+  <message>
+   <source>, %1 image widths away</source>
+   <translation>, %1 Bildbreiten entfernt</translation>
+  </message>
+  <message>
+   <source>its lamps%1 were taken in the order of the file names. Check that they were lit in it</source>
+   <translation>ihre Lampen%1 wurden in der Reihenfolge der Dateinamen genommen. Prüfen, ob sie in dieser leuchteten</translation>
+  </message>
+  <message>
+   <source>names photographs that are not there: %1</source>
+   <translation>nennt Fotos, die nicht da sind: %1</translation>
+  </message>
+  <message>
+   <source>Add them, or correct it</source>
+   <translation>Sie hinzufügen oder sie berichtigen</translation>
+  </message>
+  <message>
+   <source>does not mention %1</source>
+   <translation>erwähnt %1 nicht</translation>
+  </message>
+  <message>
+   <source>Add them to it, or take them out of the folder</source>
+   <translation>Sie dort eintragen oder aus dem Ordner nehmen</translation>
+  </message>
+  <message>
+   <source>of %1 photographs, %2 has no angle in its name and the others have</source>
+   <translation>von %1 Fotos hat %2 keinen Winkel im Namen, und die anderen haben einen</translation>
+  </message>
+  <message>
+   <source>Rename it, take it out, or give all angles yourself</source>
+   <translation>Es umbenennen, herausnehmen oder alle Winkel selbst angeben</translation>
+  </message>
+  <message>
+   <source>%1: %2. Check that they are right</source>
+   <translation>%1: %2. Prüfen, ob sie stimmen</translation>
+  </message>
+  <message>
+   <source>%1: elevations from %2° to %3° in steps of %4° are assumed, in the order of the file names. Give the real ones</source>
+   <translation>%1: Elevationen von %2° bis %3° in Schritten von %4° werden angenommen, in der Reihenfolge der Dateinamen. Die wirklichen angeben</translation>
+  </message>
+  <message>
+   <source>holds %1 exposures of one light only</source>
+   <translation>enthält nur %1 Belichtungen eines Lichts</translation>
+  </message>
+  <message>
+   <source>At least two images under different lights are needed</source>
+   <translation>Mindestens zwei Bilder unter verschiedenen Lichtern sind nötig</translation>
+  </message>
+  <message>
+   <source>, azimuth %1°</source>
+   <translation>, Azimut %1°</translation>
+  </message>
+  <message>
+   <source>elevation %1°%2</source>
+   <translation>Elevation %1°%2</translation>
+  </message>
+  <message>
+   <source>%1 photographs share their direction of light with another one; each counts as a measurement</source>
+   <translation>%1 Fotos teilen ihre Lichtrichtung mit einem anderen; jedes zählt als Messung</translation>
+  </message>
+  <message>
+   <source>Every direction of light occurs twice, and each photograph counts as a measurement. If these are pairs under parallel and crossed polarisers, put each half into a folder called parallel or crossed, or give the folder of the crossed half with --pair</source>
+   <translation>Jede Lichtrichtung kommt zweimal vor, und jedes Foto zählt als Messung. Falls dies Paare unter parallelen und gekreuzten Polfiltern sind, jede Hälfte in einen Ordner namens parallel oder crossed legen oder den Ordner der gekreuzten Hälfte mit --pair angeben</translation>
+  </message>
+  <message>
+   <source>Take one of them out of the folder, correct the light that is stated for it, or state different exposure_s in capture.toml, by which they are merged</source>
+   <translation>Eines davon aus dem Ordner nehmen, das angegebene Licht berichtigen oder verschiedene exposure_s in capture.toml angeben, nach denen sie zusammengeführt werden</translation>
+  </message>
+  <message>
+   <source>%1 are said to be lit from the same direction: %2</source>
+   <translation>%1 sollen aus derselben Richtung beleuchtet sein: %2</translation>
+  </message>
+  <message>
+   <source>lights are written to %1, not to %2</source>
+   <translation>Lichter werden als %1 geschrieben, nicht als %2</translation>
+  </message>
+  <message>
+   <source>Write it again with --write-lights, or take it out of the folder</source>
+   <translation>Mit --write-lights neu schreiben oder aus dem Ordner nehmen</translation>
+  </message>
+  <message>
+   <source>does not hold lights as Lightarc writes them: %1%2</source>
+   <translation>enthält keine Lichter, wie Lightarc sie schreibt: %1%2</translation>
+  </message>
+  <message>
+   <source>should hold the number of lights</source>
+   <translation>sollte die Anzahl der Lichter enthalten</translation>
+  </message>
+  <message>
+   <source>announces %1 lights, but %2 follow</source>
+   <translation>kündigt %1 Lichter an, aber %2 folgen</translation>
+  </message>
+  <message>
+   <source>does not begin with the number of lights; each of its lines was taken for one</source>
+   <translation>beginnt nicht mit der Anzahl der Lichter; jede Zeile gilt als eines</translation>
+  </message>
+  <message>
+   <source>has a fourth number in each line, which was not used: intensities come from the photographs</source>
+   <translation>hat eine vierte Zahl in jeder Zeile, die nicht verwendet wurde: Intensitäten kommen aus den Fotos</translation>
+  </message>
+  <message>
+   <source>holds positions instead of directions; only their directions were used</source>
+   <translation>enthält Positionen statt Richtungen; nur die Richtungen wurden verwendet</translation>
+  </message>
+  <message>
+   <source>has commas between numbers and in them; write decimal points</source>
+   <translation>hat Kommas zwischen Zahlen und darin; Dezimalpunkte schreiben</translation>
+  </message>
+  <message>
+   <source>should hold a name and three numbers, not %1</source>
+   <translation>sollte einen Namen und drei Zahlen enthalten, nicht %1</translation>
+  </message>
+  <message>
+   <source>has a light at the distance %1; a direction or a position is needed</source>
+   <translation>hat ein Licht im Abstand %1; eine Richtung oder Position ist nötig</translation>
+  </message>
+  <message>
+   <source>has a light behind the sample (z = %1)</source>
+   <translation>hat ein Licht hinter der Probe (z = %1)</translation>
+  </message>
+  <message>
+   <source>names %1, as line %2 does</source>
+   <translation>nennt %1, wie Zeile %2</translation>
+  </message>
+  <message>
+   <source>line %1 %2</source>
+   <translation>Zeile %1 %2</translation>
+  </message>
+  <message>
+   <source>Correct the file, or remove it and give the angles yourself</source>
+   <translation>Die Datei korrigieren oder entfernen und die Winkel selbst angeben</translation>
+  </message>
+  <message>
+   <source>is not valid JSON</source>
+   <translation>ist kein gültiges JSON</translation>
+  </message>
+  <message>
+   <source>holds no list of directions</source>
+   <translation>enthält keine Liste von Richtungen</translation>
+  </message>
+  <message>
+   <source>has no x, y and z for lamp %1</source>
+   <translation>hat kein x, y und z für Lampe %1</translation>
+  </message>
+  <message>
+   <source>has a direction of length %1 for lamp %2</source>
+   <translation>hat eine Richtung der Länge %1 für Lampe %2</translation>
+  </message>
+  <message>
+   <source>has lamp %1 behind the sample (z = %2)</source>
+   <translation>hat Lampe %1 hinter der Probe (z = %2)</translation>
+  </message>
+  <message>
+   <source>unknown form of a list of lights %1; choose from %2, …</source>
+   <translation>unbekannte Form einer Lichterliste %1; möglich: %2, …</translation>
+  </message>
+  <message>
+   <source>has no list of lights that could be %1</source>
+   <translation>hat keine Lichterliste, die %1 sein könnte</translation>
+  </message>
+  <message>
+   <source>Leave --lights-form out, or give a list with azimuths (.lp)</source>
+   <translation>--lights-form weglassen oder eine Liste mit Azimuten angeben (.lp)</translation>
+  </message>
+  <message>
+   <source>no highlight stands out on the sphere</source>
+   <translation>kein Glanzlicht hebt sich auf der Kugel ab</translation>
+  </message>
+  <message>
+   <source>the highlight is hidden in part by what else the sphere mirrors</source>
+   <translation>das Glanzlicht ist teilweise von anderem verdeckt, das die Kugel spiegelt</translation>
+  </message>
+  <message>
+   <source>the sphere at column %1, row %2 has a radius of %3 pixels</source>
+   <translation>die Kugel bei Spalte %1, Zeile %2 hat einen Radius von %3 Pixeln</translation>
+  </message>
+  <message>
+   <source>%1, on which lights cannot be measured; %2 are needed</source>
+   <translation>%1, an denen sich Lichter nicht messen lassen; %2 sind nötig</translation>
+  </message>
+  <message>
+   <source>no sphere was found on which a highlight moves; mark its outline by hand</source>
+   <translation>keine Kugel gefunden, auf der sich ein Glanzlicht bewegt; ihren Umriss von Hand markieren</translation>
+  </message>
+  <message>
+   <source>Nelder-Mead</source>
+   <translation>Nelder-Mead</translation>
+  </message>
+  <message>
+   <source>the outline of the sphere lies outside the image</source>
+   <translation>der Umriss der Kugel liegt außerhalb des Bildes</translation>
+  </message>
+  <message>
+   <source>the highlight is cut by the border of the image</source>
+   <translation>das Glanzlicht ist vom Bildrand abgeschnitten</translation>
+  </message>
+  <message>
+   <source>the highlight lies too close to the outline: the lamp would stand below the sample</source>
+   <translation>das Glanzlicht liegt zu nah am Umriss: die Lampe stünde unter der Probe</translation>
+  </message>
+  <message>
+   <source>holds photographs under parallel and crossed polarisers, but %1 has no counterpart</source>
+   <translation>enthält Fotos unter parallelen und gekreuzten Polfiltern, aber %1 hat kein Gegenstück</translation>
+  </message>
+  <message>
+   <source>Add the counterpart, or take it out of the folder</source>
+   <translation>Das Gegenstück hinzufügen oder es aus dem Ordner nehmen</translation>
+  </message>
+  <message>
+   <source>their file names</source>
+   <translation>ihren Dateinamen</translation>
+  </message>
+  <message>
+   <source>holds %1 photographs under crossed polarisers and %2 under parallel ones</source>
+   <translation>enthält %1 Fotos unter gekreuzten Polfiltern und %2 unter parallelen</translation>
+  </message>
+  <message>
+   <source>Give one crossed photograph for each parallel one</source>
+   <translation>Für jedes parallele Foto ein gekreuztes angeben</translation>
+  </message>
+  <message>
+   <source>the folders, and equal names</source>
+   <translation>den Ordnern und gleichen Namen</translation>
+  </message>
+  <message>
+   <source>the folders, and their names</source>
+   <translation>den Ordnern und ihren Namen</translation>
+  </message>
+  <message>
+   <source>the folders, in the order of their names</source>
+   <translation>den Ordnern, in der Reihenfolge ihrer Namen</translation>
+  </message>
+  <message>
+   <source>%1 pairs under parallel and crossed polarisers were told by %2: %3 is parallel, %4/%5 is crossed</source>
+   <translation>%1 Paare unter parallelen und gekreuzten Polfiltern wurden erkannt an %2: %3 ist parallel, %4/%5 ist gekreuzt</translation>
+  </message>
+  <message>
+   <source>%1 pairs under parallel and crossed polarisers were told by %2: %3 is parallel, %4 is crossed</source>
+   <translation>%1 Paare unter parallelen und gekreuzten Polfiltern wurden erkannt an %2: %3 ist parallel, %4 ist gekreuzt</translation>
+  </message>
+  <message>
+   <source>azimuth %1±%2 is not within ±360° with a tolerance of 0° to 180°</source>
+   <translation>Azimut %1±%2 liegt nicht innerhalb von ±360° mit einer Toleranz von 0° bis 180°</translation>
+  </message>
+  <message>
+   <source>Of the list</source>
+   <translation>Von der Liste</translation>
+  </message>
+  <message>
+   <source>Of azimuth %1</source>
+   <translation>Von Azimut %1</translation>
+  </message>
+  <message>
+   <source>The nearest lights are at %1; widen the tolerance, or choose another azimuth</source>
+   <translation>Die nächsten Lichter liegen bei %1; die Toleranz erweitern oder einen anderen Azimut wählen</translation>
+  </message>
+  <message>
+   <source>has %1 at azimuth %2</source>
+   <translation>hat %1 bei Azimut %2</translation>
+  </message>
+  <message>
+   <source>keeps one light of the list only</source>
+   <translation>behält nur ein Licht der Liste</translation>
+  </message>
+  <message>
+   <source>At least two are needed</source>
+   <translation>Mindestens zwei sind nötig</translation>
+  </message>
+  <message>
+   <source>%1, %2 of %3 lights are used: %4</source>
+   <translation>%1 werden %2 von %3 Lichtern verwendet: %4</translation>
+  </message>
+  <message>
+   <source>Give an .lp file, azimuth_deg in capture.toml, or measure the lights on a mirror sphere</source>
+   <translation>Eine .lp-Datei oder azimuth_deg in capture.toml angeben, oder die Lichter an einer Spiegelkugel messen</translation>
+  </message>
+  <message>
+   <source>has no azimuths to choose lights by</source>
+   <translation>hat keine Azimute, nach denen Lichter gewählt werden könnten</translation>
+  </message>
+  <message>
+   <source>has lights 1 to %1, but %2 was asked for</source>
+   <translation>hat Lichter 1 bis %1, aber %2 wurde verlangt</translation>
+  </message>
+  <message>
+   <source>Count photographs in the order of their file names</source>
+   <translation>Fotos in der Reihenfolge ihrer Dateinamen zählen</translation>
+  </message>
+  <message>
+   <source>has no light called %1</source>
+   <translation>hat kein Licht namens %1</translation>
+  </message>
+  <message>
+   <source>Give file names of its photographs, or their numbers: 1,4-9</source>
+   <translation>Dateinamen der Fotos angeben oder ihre Nummern: 1,4-9</translation>
+  </message>
+  <message>
+   <source>no light</source>
+   <translation>kein Licht</translation>
+  </message>
+  <message>
+   <source>one light only</source>
+   <translation>nur ein Licht</translation>
+  </message>
+  <message>
+   <source>holds %1</source>
+   <translation>enthält %1</translation>
+  </message>
+  <message>
+   <source>Give the folder of the photographs under crossed polarisers</source>
+   <translation>Den Ordner der Fotos unter gekreuzten Polfiltern angeben</translation>
+  </message>
+  <message>
+   <source>lists other lights for %1 and %2, which are a pair under polarisers</source>
+   <translation>nennt verschiedene Lichter für %1 und %2, die ein Paar unter Polfiltern sind</translation>
+  </message>
+  <message>
+   <source>Correct the list, or import each photograph by itself with --pair none</source>
+   <translation>Die Liste berichtigen oder mit --pair none jedes Foto für sich importieren</translation>
+  </message>
+  <message>
+   <source>holds several exposures of one light (%1) in pairs under polarisers, which are not merged</source>
+   <translation>enthält mehrere Belichtungen eines Lichts (%1) in Paaren unter Polfiltern; sie werden nicht zusammengeführt</translation>
+  </message>
+  <message>
+   <source>Keep one exposure of each light and polariser</source>
+   <translation>Eine Belichtung je Licht und Polfilter behalten</translation>
+  </message>
+  <message>
+   <source>holds no photographs itself, but its folders %1 do</source>
+   <translation>enthält selbst keine Fotos, aber seine Ordner %1</translation>
+  </message>
+  <message>
+   <source>Give the folder of one capture</source>
+   <translation>Den Ordner einer Aufnahme angeben</translation>
+  </message>
+  <message>
+   <source>Photographs were taken from %1</source>
+   <translation>Fotos stammen aus %1</translation>
+  </message>
+  <message>
+   <source>, light positions from %1</source>
+   <translation>, Lichtpositionen aus %1</translation>
+  </message>
+  <message>
+   <source>Check the permissions of the folder</source>
+   <translation>Die Rechte des Ordners prüfen</translation>
+  </message>
+  <message>
+   <source>a %1 file is not read; convert it to TIFF or PNG</source>
+   <translation>eine %1-Datei wird nicht gelesen; in TIFF oder PNG umwandeln</translation>
+  </message>
+  <message>
+   <source>white reference</source>
+   <translation>Weißbild</translation>
+  </message>
+  <message>
+   <source>dark frame</source>
+   <translation>Dunkelbild</translation>
+  </message>
+  <message>
+   <source>taken for a %1 by its name and %2</source>
+   <translation>dem Namen nach ein %1 und %2</translation>
+  </message>
+  <message>
+   <source>used as such</source>
+   <translation>so verwendet</translation>
+  </message>
+  <message>
+   <source>set aside</source>
+   <translation>beiseitegelegt</translation>
+  </message>
+  <message>
+   <source>names %1, which is not there</source>
+   <translation>nennt %1, das nicht da ist</translation>
+  </message>
+  <message>
+   <source>Add the file, or correct it</source>
+   <translation>Die Datei hinzufügen oder korrigieren</translation>
+  </message>
+  <message>
+   <source>one photograph only (%1)</source>
+   <translation>nur ein Foto (%1)</translation>
+  </message>
+  <message>
+   <source>no photographs</source>
+   <translation>keine Fotos</translation>
+  </message>
+  <message>
+   <source>. Set aside: %1</source>
+   <translation>. Beiseitegelegt: %1</translation>
+  </message>
+  <message>
+   <source>Check that it exists, or leave it out</source>
+   <translation>Prüfen, ob es existiert, oder es weglassen</translation>
+  </message>
+  <message>
+   <source>is not a regular file</source>
+   <translation>ist keine gewöhnliche Datei</translation>
+  </message>
+  <message>
+   <source>several photographs are called %1</source>
+   <translation>mehrere Fotos heißen %1</translation>
+  </message>
+  <message>
+   <source>Give each a name of its own</source>
+   <translation>Jedem einen eigenen Namen geben</translation>
+  </message>
+  <message>
+   <source>holds %1 files called %2</source>
+   <translation>enthält %1 Dateien namens %2</translation>
+  </message>
+  <message>
+   <source>is an archive among other files</source>
+   <translation>ist ein Archiv unter anderen Dateien</translation>
+  </message>
+  <message>
+   <source>Give one archive alone, or files and folders</source>
+   <translation>Ein Archiv allein angeben, oder Dateien und Ordner</translation>
+  </message>
+  <message>
+   <source>Photographs in other folders of %1 were left out: %2</source>
+   <translation>Fotos in anderen Ordnern von %1 wurden ausgelassen: %2</translation>
+  </message>
+  <message>
+   <source>is a bundle, or holds one: no photographs</source>
+   <translation>ist oder enthält ein Paket: keine Fotos</translation>
+  </message>
+  <message>
+   <source>Open it in the window</source>
+   <translation>Im Fenster öffnen</translation>
+  </message>
+  <message>
+   <source>holds another archive (%1)</source>
+   <translation>enthält ein weiteres Archiv (%1)</translation>
+  </message>
+  <message>
+   <source>Unpack it and give the folder</source>
+   <translation>Entpacken und den Ordner angeben</translation>
+  </message>
+  <message>
+   <source>holds no photographs</source>
+   <translation>enthält keine Fotos</translation>
+  </message>
+  <message>
+   <source>Pack the photographs of one capture</source>
+   <translation>Die Fotos einer Aufnahme packen</translation>
+  </message>
+  <message>
+   <source>holds pairs under polarisers in two folders: %1</source>
+   <translation>enthält Paare unter Polfiltern in zwei Ordnern: %1</translation>
+  </message>
+  <message>
+   <source>Unpack it and give the folder, or pack them in one folder under names that end in _par and _cross</source>
+   <translation>Entpacken und den Ordner angeben, oder in einem Ordner packen unter Namen, die auf _par und _cross enden</translation>
+  </message>
+  <message>
+   <source>holds photographs in several folders: %1</source>
+   <translation>enthält Fotos in mehreren Ordnern: %1</translation>
+  </message>
+  <message>
+   <source>Pack one capture by itself</source>
+   <translation>Eine Aufnahme allein packen</translation>
+  </message>
+  <message>
+   <source>Mark it by hand in the Capture workspace or as highlight_px in capture.toml, or leave the photograph out</source>
+   <translation>Es von Hand im Arbeitsbereich Aufnahme oder als highlight_px in capture.toml markieren oder das Foto ausschließen</translation>
+  </message>
+  <message>
+   <source>Give its outline: --second-sphere COLUMN,ROW,RADIUS</source>
+   <translation>Ihren Umriss angeben: --second-sphere COLUMN,ROW,RADIUS</translation>
+  </message>
+  <message>
+   <source>shows no second sphere: %1</source>
+   <translation>zeigt keine zweite Kugel: %1</translation>
+  </message>
+  <message>
+   <source>The rays of two mirror spheres are parallel: the lamps are taken as distant</source>
+   <translation>Die Strahlen zweier Spiegelkugeln sind parallel: die Lampen gelten als fern</translation>
+  </message>
+  <message>
+   <source>Two mirror spheres show the lamps %1 image widths away (%2 to %3); %4 of %5 lights were placed so</source>
+   <translation>Zwei Spiegelkugeln zeigen die Lampen %1 Bildbreiten entfernt (%2 bis %3); %4 von %5 Lichtern wurden so gesetzt</translation>
+  </message>
+  <message>
+   <source>Looking at the sphere in %1 of %2</source>
+   <translation>Kugel in %1 von %2 wird untersucht</translation>
+  </message>
+  <message>
+   <source>is not of the size of %1, so the sphere lies elsewhere in it</source>
+   <translation>hat nicht die Größe von %1, also liegt die Kugel darin anderswo</translation>
+  </message>
+  <message>
+   <source>Mark it by hand in the Capture workspace, or give --sphere COLUMN,ROW,RADIUS or [sphere] in capture.toml</source>
+   <translation>Sie von Hand im Arbeitsbereich Aufnahme markieren, oder --sphere COLUMN,ROW,RADIUS oder [sphere] in capture.toml angeben</translation>
+  </message>
+  <message>
+   <source>the outline of the sphere lies outside the %1 × %2 px of the photographs</source>
+   <translation>der Umriss der Kugel liegt außerhalb der %1 × %2 px der Fotos</translation>
+  </message>
+  <message>
+   <source>Correct the outline of the sphere</source>
+   <translation>Den Umriss der Kugel korrigieren</translation>
+  </message>
+  <message>
+   <source>%1 (the sphere is at %2)</source>
+   <translation>%1 (die Kugel liegt bei %2)</translation>
+  </message>
+  <message>
+   <source>column %1, row %2, radius %3 px</source>
+   <translation>Spalte %1, Zeile %2, Radius %3 px</translation>
+  </message>
+  <message>
+   <source>its light is measured at %1° on the sphere, but said to be at %2°; the measured one is used</source>
+   <translation>sein Licht ist auf der Kugel bei %1° gemessen, aber mit %2° angegeben; das gemessene gilt</translation>
+  </message>
+  <message>
+   <source>Estimating the lights</source>
+   <translation>Lichter werden geschätzt</translation>
+  </message>
+  <message>
+   <source>does not tell where its lamps stood: %1</source>
+   <translation>verrät nicht, wo seine Lampen standen: %1</translation>
+  </message>
+  <message>
+   <source>Give a list of lights (.lp)</source>
+   <translation>Eine Liste der Lichter angeben (.lp)</translation>
+  </message>
+  <message>
+   <source>The lights were estimated from the photographs alone, to %1° (1 sigma), as those of equally bright distant lamps over a matte sample that lies flat</source>
+   <translation>Die Lichter wurden allein aus den Fotos geschätzt, auf %1° (1 Sigma), als die gleich heller, ferner Lampen über einer matten, flach liegenden Probe</translation>
+  </message>
+  <message>
+   <source>. Hills and valleys were told apart by assumption: the sample bulges towards the camera; if it is hollow, all slopes are reversed</source>
+   <translation>. Hügel und Täler wurden durch Annahme unterschieden: die Probe wölbt sich zur Kamera; ist sie hohl, sind alle Steigungen umgekehrt</translation>
+  </message>
+  <message>
+   <source>%1 photographs are fewer than the %2 from which lamps can be estimated</source>
+   <translation>%1 Fotos sind weniger als die %2, aus denen sich Lampen schätzen lassen</translation>
+  </message>
+  <message>
+   <source>too few texels are lit</source>
+   <translation>zu wenige Texel sind beleuchtet</translation>
+  </message>
+  <message>
+   <source>some of them show too little</source>
+   <translation>einige zeigen zu wenig</translation>
+  </message>
+  <message>
+   <source>the lamps that would explain them stand behind the sample</source>
+   <translation>die Lampen, die sie erklären würden, stehen hinter der Probe</translation>
+  </message>
+  <message>
+   <source>the directions would be uncertain by %1°</source>
+   <translation>die Richtungen wären um %1° unsicher</translation>
+  </message>
+  <message>
+   <source>the lamps stand at one elevation or in one plane</source>
+   <translation>die Lampen stehen auf einer Elevation oder in einer Ebene</translation>
+  </message>
+  <message>
+   <source>no lamps of equal brightness explain them</source>
+   <translation>keine Lampen gleicher Helligkeit erklären sie</translation>
+  </message>
+  <message>
+   <source>holds a damaged mask</source>
+   <translation>enthält eine beschädigte Maske</translation>
+  </message>
+  <message>
+   <source>the outline of the object leaves nothing of the photographs; draw it around the object</source>
+   <translation>der Umriss des Objekts lässt nichts von den Fotos übrig; um das Objekt zeichnen</translation>
+  </message>
+  <message>
+   <source>is a mask of %1 pixels for photographs of %2</source>
+   <translation>ist eine Maske von %1 Pixeln für Fotos von %2</translation>
+  </message>
+  <message>
+   <source>Draw the mask on one of the photographs</source>
+   <translation>Die Maske auf eines der Fotos zeichnen</translation>
+  </message>
+  <message>
+   <source>is a mask that leaves nothing of the photographs</source>
+   <translation>ist eine Maske, die nichts von den Fotos übrig lässt</translation>
+  </message>
+  <message>
+   <source>Draw the object white</source>
+   <translation>Das Objekt weiß zeichnen</translation>
+  </message>
+  <message>
+   <source>an outline of %1 points is not possible (3 … %2)</source>
+   <translation>ein Umriss aus %1 Punkten ist nicht möglich (3 … %2)</translation>
+  </message>
+  <message>
+   <source>an outline has a point that is no place in a photograph</source>
+   <translation>ein Umriss hat einen Punkt, der keine Stelle in einem Foto ist</translation>
+  </message>
+  <message>
+   <source>A tile shows all of the sample: the mask of the object is not used</source>
+   <translation>Eine Kachel zeigt die ganze Probe: die Maske des Objekts wird nicht verwendet</translation>
+  </message>
+  <message>
+   <source>leaving the background out</source>
+   <translation>Hintergrund wird ausgeschlossen</translation>
+  </message>
+  <message>
+   <source>Fitted to the object alone, %1 of the image: the background is transparent</source>
+   <translation>Nur an das Objekt angepasst, %1 des Bildes: der Hintergrund ist durchsichtig</translation>
+  </message>
+  <message>
+   <source>the photographs were moved so far apart that no pixel is seen by all</source>
+   <translation>die Fotos wurden so weit auseinandergeschoben, dass kein Pixel in allen liegt</translation>
+  </message>
+  <message>
+   <source>Check the control points, or leave out what does not belong</source>
+   <translation>Die Passpunkte prüfen oder Unpassendes ausschließen</translation>
+  </message>
+  <message>
+   <source>the crop %1 lies outside what all %2 × %3 px show</source>
+   <translation>der Ausschnitt %1 liegt außerhalb dessen, was alle %2 × %3 px zeigen</translation>
+  </message>
+  <message>
+   <source>Give left,top,width,height within the photographs</source>
+   <translation>left,top,width,height innerhalb der Fotos angeben</translation>
+  </message>
+  <message>
+   <source>no image can be made between these corners: %1</source>
+   <translation>zwischen diesen Ecken lässt sich kein Bild erzeugen: %1</translation>
+  </message>
+  <message>
+   <source>Move the corners, or give the size of the image</source>
+   <translation>Die Ecken verschieben oder die Größe des Bildes angeben</translation>
+  </message>
+  <message>
+   <source>the image between %1 reaches beyond what all %2 × %3 px show</source>
+   <translation>das Bild zwischen %1 reicht über das hinaus, was alle %2 × %3 px zeigen</translation>
+  </message>
+  <message>
+   <source>Move its corners inwards, or leave out the photograph that was moved most</source>
+   <translation>Die Ecken nach innen rücken oder das am weitesten verschobene Foto ausschließen</translation>
+  </message>
+  <message>
+   <source>the dark frame is %1 x %2 pixels, the flat field %3 x %4</source>
+   <translation>das Dunkelbild hat %1 x %2 Pixel, das Weißbild %3 x %4</translation>
+  </message>
+  <message>
+   <source>the flat field is not brighter than the dark frame</source>
+   <translation>das Weißbild ist nicht heller als das Dunkelbild</translation>
+  </message>
+  <message>
+   <source>has not the size of its dark frame</source>
+   <translation>hat nicht die Größe seines Dunkelbilds</translation>
+  </message>
+  <message>
+   <source>Give frames of the same camera</source>
+   <translation>Bilder derselben Kamera angeben</translation>
+  </message>
+  <message>
+   <source>has %1 × %2 px</source>
+   <translation>hat %1 × %2 px</translation>
+  </message>
+  <message>
+   <source>the lens was measured in photographs of %1 × %2 px</source>
+   <translation>das Objektiv wurde in Fotos von %1 × %2 px vermessen</translation>
+  </message>
+  <message>
+   <source>, but </source>
+   <translation>, aber </translation>
+  </message>
+  <message>
+   <source>Measure it with the same camera, in the same orientation</source>
+   <translation>Mit derselben Kamera in derselben Ausrichtung messen</translation>
+  </message>
+  <message>
+   <source>flat field</source>
+   <translation>Weißbild</translation>
+  </message>
+  <message>
+   <source>has %1, but the %2 has %3</source>
+   <translation>hat %1, aber %2 hat %3</translation>
+  </message>
+  <message>
+   <source>Give frames of the same camera, or leave them out</source>
+   <translation>Bilder derselben Kamera angeben oder sie weglassen</translation>
+  </message>
+  <message>
+   <source>Reading %1</source>
+   <translation>%1 wird gelesen</translation>
+  </message>
+  <message>
+   <source>is a flat field without light</source>
+   <translation>ist ein Weißbild ohne Licht</translation>
+  </message>
+  <message>
+   <source>Give one of an even white surface under its lamp</source>
+   <translation>Eines von einer gleichmäßig weißen Fläche unter ihrer Lampe angeben</translation>
+  </message>
+  <message>
+   <source>has not the size of the dark frame %1</source>
+   <translation>hat nicht die Größe des Dunkelbilds %1</translation>
+  </message>
+  <message>
+   <source>Give frames of the same camera, or leave one out</source>
+   <translation>Bilder derselben Kamera angeben oder eines ausschließen</translation>
+  </message>
+  <message>
+   <source>is not a usable flat field: %1</source>
+   <translation>ist kein brauchbares Weißbild: %1</translation>
+  </message>
+  <message>
+   <source>Give another, or import with --no-flat</source>
+   <translation>Ein anderes angeben oder mit --no-flat importieren</translation>
+  </message>
+  <message>
+   <source>is camera RAW, which has no bands to choose</source>
+   <translation>ist Kamera-RAW und hat keine wählbaren Kanäle</translation>
+  </message>
+  <message>
+   <source>Leave --bands out</source>
+   <translation>--bands weglassen</translation>
+  </message>
+  <message>
+   <source>is a %1 inside, not camera RAW</source>
+   <translation>ist innen %1, kein Kamera-RAW</translation>
+  </message>
+  <message>
+   <source>Exposures differ: %1. Radiance is brought to that of %2 s</source>
+   <translation>Belichtungen unterscheiden sich: %1. Die Strahldichte wird auf die von %2 s gebracht</translation>
+  </message>
+  <message>
+   <source>was exposed for %1 s, as stated or noted, which is outside %2 … %3</source>
+   <translation>wurde laut Angabe oder Vermerk %1 s belichtet, was außerhalb von %2 … %3 liegt</translation>
+  </message>
+  <message>
+   <source>State its exposure_s in capture.toml</source>
+   <translation>Seine exposure_s in capture.toml angeben</translation>
+  </message>
+  <message>
+   <source>Exposures differ: %1. Radiance is not scaled, because the exposure of %2%3 is unknown; state exposure_s in capture.toml</source>
+   <translation>Belichtungen unterscheiden sich: %1. Die Strahldichte wird nicht skaliert, weil die Belichtung von %2%3 unbekannt ist; exposure_s in capture.toml angeben</translation>
+  </message>
+  <message>
+   <source>grey patch %1 needs left and top from 0, width and height from 1</source>
+   <translation>das graue Feld %1 braucht links und oben ab 0, Breite und Höhe ab 1</translation>
+  </message>
+  <message>
+   <source>Measuring the grey patch in %1 of %2</source>
+   <translation>Graues Feld in %1 von %2 wird gemessen</translation>
+  </message>
+  <message>
+   <source>the grey patch is clipped in every photograph</source>
+   <translation>das graue Feld ist in jedem Foto übersteuert</translation>
+  </message>
+  <message>
+   <source>Pick a darker patch, or import with --white-balance none</source>
+   <translation>Ein dunkleres Feld wählen</translation>
+  </message>
+  <message>
+   <source>the grey patch is not light grey: its red, green and blue are %1</source>
+   <translation>das graue Feld ist nicht hellgrau: sein Rot, Grün und Blau sind %1</translation>
+  </message>
+  <message>
+   <source>Pick another patch</source>
+   <translation>Ein anderes Feld wählen</translation>
+  </message>
+  <message>
+   <source>the grey patch lies outside its %1 × %2 px</source>
+   <translation>das graue Feld liegt außerhalb seiner %1 × %2 px</translation>
+  </message>
+  <message>
+   <source>The lens moved points by up to %1 px, which was taken off (%2 photographs of a board, residual %3 px)</source>
+   <translation>Das Objektiv verschob Punkte um bis zu %1 px; das wurde herausgerechnet (%2 Fotos eines Schachbretts, Rest %3 px)</translation>
+  </message>
+  <message>
+   <source>Looking for the board in %1</source>
+   <translation>Schachbrett in %1 wird gesucht</translation>
+  </message>
+  <message>
+   <source>Measuring the lens</source>
+   <translation>Objektiv wird gemessen</translation>
+  </message>
+  <message>
+   <source>holds photographs of different sizes</source>
+   <translation>enthält Fotos verschiedener Größe</translation>
+  </message>
+  <message>
+   <source>Give those of one camera and lens</source>
+   <translation>Fotos einer Kamera und eines Objektivs angeben</translation>
+  </message>
+  <message>
+   <source>shows a chessboard in %1 photographs only</source>
+   <translation>zeigt nur in %1 Fotos ein Schachbrett</translation>
+  </message>
+  <message>
+   <source>Photograph a flat board of 6 × 5 squares or more, whole and sharp, in %1 tilted positions</source>
+   <translation>Ein ebenes Brett mit mindestens 6 × 5 Quadraten, ganz und scharf, in %1 geneigten Lagen fotografieren</translation>
+  </message>
+  <message>
+   <source>shows boards within %1 of the way to the corners of the image only</source>
+   <translation>zeigt Bretter nur innerhalb von %1 des Wegs zu den Bildecken</translation>
+  </message>
+  <message>
+   <source>Photograph the board near the edges of the image as well</source>
+   <translation>Die Tafel auch nahe an den Bildrändern fotografieren</translation>
+  </message>
+  <message>
+   <source>does not tell the lens: corners of the boards are %1 px beside the model</source>
+   <translation>bestimmt das Objektiv nicht: Ecken der Bretter liegen %1 px neben dem Modell</translation>
+  </message>
+  <message>
+   <source>Use a flat board, sharp photographs, and one setting of focus and zoom</source>
+   <translation>Eine flache Tafel, scharfe Fotos und eine einzige Einstellung von Fokus und Zoom verwenden</translation>
+  </message>
+  <message>
+   <source>states a distortion that no lens has</source>
+   <translation>nennt eine Verzeichnung, die kein Objektiv hat</translation>
+  </message>
+  <message>
+   <source>Write it again with --write-lens</source>
+   <translation>Mit --write-lens neu schreiben</translation>
+  </message>
+  <message>
+   <source>does not hold a lens as Lightarc writes it: %1</source>
+   <translation>enthält kein Objektiv, wie Lightarc es schreibt: %1</translation>
+  </message>
+  <message>
+   <source>white level %1 is not above black level %2</source>
+   <translation>der Weißpegel %1 liegt nicht über dem Schwarzpegel %2</translation>
+  </message>
+  <message>
+   <source>is an incomplete RAW file: it has rows without data</source>
+   <translation>ist eine unvollständige RAW-Datei: sie hat Zeilen ohne Daten</translation>
+  </message>
+  <message>
+   <source>Convert it to DNG, for example with Adobe DNG Converter</source>
+   <translation>In DNG umwandeln, etwa mit Adobe DNG Converter</translation>
+  </message>
+  <message>
+   <source>has impossible levels (%1)</source>
+   <translation>hat unmögliche Pegel (%1)</translation>
+  </message>
+  <message>
+   <source>Convert it again to DNG</source>
+   <translation>Neu nach DNG umwandeln</translation>
+  </message>
+  <message>
+   <source>cannot be opened (LibRaw: %1)</source>
+   <translation>lässt sich nicht öffnen (LibRaw: %1)</translation>
+  </message>
+  <message>
+   <source>is a RAW file of a kind that LibRaw does not read</source>
+   <translation>ist eine RAW-Datei einer Art, die LibRaw nicht liest</translation>
+  </message>
+  <message>
+   <source>is a damaged RAW file (LibRaw: %1)</source>
+   <translation>ist eine beschädigte RAW-Datei (LibRaw: %1)</translation>
+  </message>
+  <message>
+   <source>is an incomplete RAW file (LibRaw: %1)</source>
+   <translation>ist eine unvollständige RAW-Datei (LibRaw: %1)</translation>
+  </message>
+  <message>
+   <source>is an incomplete RAW file: it ends before its image does</source>
+   <translation>ist eine unvollständige RAW-Datei: sie endet vor ihrem Bild</translation>
+  </message>
+  <message>
+   <source>has %1 × %2 samples only</source>
+   <translation>hat nur %1 × %2 Bildpunkte</translation>
+  </message>
+  <message>
+   <source>has a colour filter array that LibRaw does not describe</source>
+   <translation>hat ein Farbfilter, das LibRaw nicht beschreibt</translation>
+  </message>
+  <message>
+   <source>has a sensor with the colours %1, not red, green and blue</source>
+   <translation>hat einen Sensor mit den Farben %1, nicht Rot, Grün und Blau</translation>
+  </message>
+  <message>
+   <source>its last rows</source>
+   <translation>seine letzten Zeilen</translation>
+  </message>
+  <message>
+   <source>some of its rows</source>
+   <translation>einige seiner Zeilen</translation>
+  </message>
+  <message>
+   <source>is an incomplete RAW file: %1 all hold the value %2</source>
+   <translation>ist eine unvollständige RAW-Datei: %1 haben alle den Wert %2</translation>
+  </message>
+  <message>
+   <source>has unusable white balance multipliers (%1); none is applied</source>
+   <translation>hat unbrauchbare Faktoren des Weißabgleichs (%1); keiner wird angewandt</translation>
+  </message>
+  <message>
+   <source>the file</source>
+   <translation>die Datei</translation>
+  </message>
+  <message>
+   <source>has no usable colour matrix; camera colours are taken as sRGB</source>
+   <translation>hat keine brauchbare Farbmatrix; die Farben der Kamera gelten als sRGB</translation>
+  </message>
+  <message>
+   <source>Aligning %1 of %2</source>
+   <translation>%1 von %2 wird ausgerichtet</translation>
+  </message>
+  <message>
+   <source>it stays unlike what the others predict</source>
+   <translation>es bleibt anders, als die übrigen vorhersagen</translation>
+  </message>
+  <message>
+   <source>The photographs could not be aligned and stay as they were: %1</source>
+   <translation>Die Fotos ließen sich nicht ausrichten und bleiben, wie sie waren: %1</translation>
+  </message>
+  <message>
+   <source>could not be aligned and stays as it was: %1</source>
+   <translation>ließ sich nicht ausrichten und bleibt, wie es war: %1</translation>
+  </message>
+  <message>
+   <source>has too little texture, or texture in one line only, for a motion of kind %1: shifts are used instead</source>
+   <translation>hat zu wenig Textur, oder Textur nur in einer Linie, für eine Bewegung der Art %1: stattdessen werden Verschiebungen verwendet</translation>
+  </message>
+  <message>
+   <source>The photographs seem to drift by %1 px along one smooth curve from light to light, as shading lets relief seem to. This was not followed; if the camera did drift, mark control points</source>
+   <translation>Die Fotos scheinen von Licht zu Licht entlang einer glatten Kurve um %1 px zu driften, wie es die Schattierung von Relief vortäuscht. Dem wurde nicht gefolgt; falls die Kamera doch driftete, Passpunkte markieren</translation>
+  </message>
+  <message>
+   <source>The camera seems to have moved by less than can be separated from shading, which is about %1 px: the photographs stay as they were. Mark control points where it matters</source>
+   <translation>Die Kamera scheint sich um weniger bewegt zu haben, als sich von der Schattierung trennen lässt, etwa %1 px: die Fotos bleiben, wie sie waren. Wo es darauf ankommt, Passpunkte markieren</translation>
+  </message>
+  <message>
+   <source>The shifts of %1 are not determined to better than about %2 px: the camera moved, and shading seems to move relief as well. Check these, and mark control points where it matters</source>
+   <translation>Die Verschiebungen von %1 sind nicht genauer als etwa %2 px bestimmt: die Kamera bewegte sich, und auch die Schattierung scheint Relief zu bewegen. Diese prüfen und, wo es darauf ankommt, Passpunkte markieren</translation>
+  </message>
+  <message>
+   <source>repeats: a shift that differs by %1 px fits as well. The smallest was taken; check it</source>
+   <translation>wiederholt sich: eine um %1 px andere Verschiebung passt ebenso. Die kleinste wurde genommen; sie prüfen</translation>
+  </message>
+  <message>
+   <source>Aligning all together</source>
+   <translation>Alle werden zusammen ausgerichtet</translation>
+  </message>
+  <message>
+   <source>Checking the alignment</source>
+   <translation>Ausrichtung wird geprüft</translation>
+  </message>
+  <message>
+   <source>its control points do not determine a motion of kind %1: %2 was used</source>
+   <translation>seine Passpunkte bestimmen keine Bewegung der Art %1: %2 wurde verwendet</translation>
+  </message>
+  <message>
+   <source>%1 × %2 px is outside [1, %3] px</source>
+   <translation>%1 × %2 px liegt außerhalb von [1, %3] px</translation>
+  </message>
+  <message>
+   <source>a framing needs four corners of two finite numbers each</source>
+   <translation>ein Bildausschnitt braucht vier Ecken aus je zwei endlichen Zahlen</translation>
+  </message>
+  <message>
+   <source>the corners must run clockwise from the top left around a figure without dents</source>
+   <translation>die Ecken müssen im Uhrzeigersinn von links oben um eine Figur ohne Einbuchtung laufen</translation>
+  </message>
+  <message>
+   <source>three of four points lie on one line</source>
+   <translation>drei von vier Punkten liegen auf einer Geraden</translation>
+  </message>
+  <message>
+   <source>at %1 × %2 pixels they are smaller than %3 on a side</source>
+   <translation>mit %1 × %2 Pixeln sind sie kleiner als %3 je Seite</translation>
+  </message>
+  <message>
+   <source>it looks rotated by 180°</source>
+   <translation>es scheint um 180° gedreht</translation>
+  </message>
+  <message>
+   <source>no shift of up to half the frame makes it like the reference, or there is no texture</source>
+   <translation>keine Verschiebung bis zur halben Bildbreite macht es der Referenz ähnlich, oder es hat keine Textur</translation>
+  </message>
+  <message>
+   <source>it stays unlike the reference (correlation %1)</source>
+   <translation>es bleibt der Referenz unähnlich (Korrelation %1)</translation>
+  </message>
+  <message>
+   <source>its light is too unlike (correlation %1) to tell a small shift from shading</source>
+   <translation>sein Licht ist zu verschieden (Korrelation %1), um eine kleine Verschiebung von Schattierung zu unterscheiden</translation>
+  </message>
+  <message>
+   <source>the search for its position did not converge</source>
+   <translation>die Suche nach seiner Lage konvergierte nicht</translation>
+  </message>
+  <message>
+   <source>its texture does not determine its position</source>
+   <translation>seine Textur bestimmt seine Lage nicht</translation>
+  </message>
+  <message>
+   <source>the motion found is degenerate</source>
+   <translation>die gefundene Bewegung ist entartet</translation>
+  </message>
+  <message>
+   <source>the motion found moves it by more than half the frame</source>
+   <translation>die gefundene Bewegung verschiebt es um mehr als die halbe Bildbreite</translation>
+  </message>
+  <message>
+   <source>all alike</source>
+   <translation>alle gleich</translation>
+  </message>
+  <message>
+   <source>each by its own shift</source>
+   <translation>jedes um seine eigene Verschiebung</translation>
+  </message>
+  <message>
+   <source>Crossed photographs lie up to %1 px beside parallel ones and were moved back, %2</source>
+   <translation>Gekreuzte Fotos liegen bis zu %1 px neben parallelen und wurden zurückgeschoben, %2</translation>
+  </message>
+  <message>
+   <source>%1 of the pixels are clipped; a shorter exposure would keep them</source>
+   <translation>%1 der Pixel sind übersteuert; eine kürzere Belichtung würde sie erhalten</translation>
+  </message>
+  <message>
+   <source>%1 of the pixels are black</source>
+   <translation>%1 der Pixel sind schwarz</translation>
+  </message>
+  <message>
+   <source>Hardly a pixel is clipped or black</source>
+   <translation>Kaum ein Pixel ist übersteuert oder schwarz</translation>
+  </message>
+  <message>
+   <source>is noisy: its mean is %1 times the noise</source>
+   <translation>ist verrauscht: sein Mittel ist das %1-fache des Rauschens</translation>
+  </message>
+  <message>
+   <source>looks blurred: %1 of the usual sharpness of this stack</source>
+   <translation>wirkt unscharf: %1 der üblichen Schärfe dieses Stapels</translation>
+  </message>
+  <message>
+   <source>alignment left %1 px</source>
+   <translation>die Ausrichtung ließ %1 px übrig</translation>
+  </message>
+  <message>
+   <source>Mean radiance grows with the elevation of the light</source>
+   <translation>Die mittlere Strahldichte wächst mit der Elevation des Lichts</translation>
+  </message>
+  <message>
+   <source>Mean radiance does not grow with the elevation of the light: it falls at %1%2</source>
+   <translation>Die mittlere Strahldichte wächst nicht mit der Elevation des Lichts: sie fällt bei %1%2</translation>
+  </message>
+  <message>
+   <source>the darkest</source>
+   <translation>das dunkelste</translation>
+  </message>
+  <message>
+   <source>the brightest</source>
+   <translation>das hellste</translation>
+  </message>
+  <message>
+   <source>is predicted from the others with an error of %1 of its mean radiance</source>
+   <translation>wird aus den anderen mit einem Fehler von %1 seiner mittleren Strahldichte vorhergesagt</translation>
+  </message>
+  <message>
+   <source>%1: it is %2, and extrapolated</source>
+   <translation>%1: es ist %2 und extrapoliert</translation>
+  </message>
+  <message>
+   <source>, the worst of all</source>
+   <translation>, am schlechtesten von allen</translation>
+  </message>
+  <message>
+   <source>, the worst of those that are interpolated</source>
+   <translation>, am schlechtesten der interpolierten</translation>
+  </message>
+  <message>
+   <source>%1; a shading map, which does not know sides, predicts it</source>
+   <translation>%1; eine Schattierungskarte, die keine Seiten kennt, sagt es voraus</translation>
+  </message>
+  <message>
+   <source>by the known length</source>
+   <translation>nach der bekannten Länge</translation>
+  </message>
+  <message>
+   <source>by the chart</source>
+   <translation>nach der Farbtafel</translation>
+  </message>
+  <message>
+   <source>an estimate from the camera's notes</source>
+   <translation>eine Schätzung aus den Angaben der Kamera</translation>
+  </message>
+  <message>
+   <source>Size of the sample by its scale; ≈ where that is an estimate from the camera's notes</source>
+   <translation>Größe der Probe nach ihrem Maßstab; ≈ bei einer Schätzung aus den Angaben der Kamera</translation>
+  </message>
+  <message>
+   <source>a known length needs points more than two pixels apart, and millimetres above 0</source>
+   <translation>eine bekannte Länge braucht Punkte in mehr als zwei Pixeln Abstand und Millimeter über 0</translation>
+  </message>
+  <message>
+   <source>patches %1 mm apart are not those of a chart: give 0.1 to 1000 mm</source>
+   <translation>Felder in %1 mm Abstand sind nicht die einer Tafel: 0,1 bis 1000 mm angeben</translation>
+  </message>
+  <message>
+   <source>a sample %1 mm from the sensor is not within 10 mm to 100 m</source>
+   <translation>eine Probe %1 mm vom Sensor liegt nicht zwischen 10 mm und 100 m</translation>
+  </message>
+  <message>
+   <source>a lens of %1 mm focuses nothing nearer than %2 mm from the sensor</source>
+   <translation>ein Objektiv mit %1 mm stellt nichts näher als %2 mm vom Sensor scharf</translation>
+  </message>
+  <message>
+   <source>the chart lies obliquely: its scale differs over it by more than 12 %</source>
+   <translation>die Tafel liegt schräg: ihr Maßstab ändert sich darüber um mehr als 12 %</translation>
+  </message>
+  <message>
+   <source>%1: %2 × %3 mm</source>
+   <translation>%1: %2 × %3 mm</translation>
+  </message>
+  <message>
+   <source>%1%2 mm per texel, %3</source>
+   <translation>%1%2 mm je Texel, %3</translation>
+  </message>
+  <message>
+   <source>%1%2 × %3 mm</source>
+   <translation>%1%2 × %3 mm</translation>
+  </message>
+  <message>
+   <source>a pixel of %1 mm is not within %2 to %3 mm</source>
+   <translation>ein Pixel von %1 mm liegt nicht zwischen %2 und %3 mm</translation>
+  </message>
+  <message>
+   <source>%1° to %2°</source>
+   <translation>%1° bis %2°</translation>
+  </message>
+  <message>
+   <source>the azimuths of the lights are not known, and a file of lights needs them</source>
+   <translation>die Azimute der Lichter sind unbekannt, und eine Datei der Lichter braucht sie</translation>
+  </message>
+  <message>
+   <source>states a working space that is not known</source>
+   <translation>nennt einen unbekannten Arbeitsfarbraum</translation>
+  </message>
+  <message>
+   <source>Update Lightarc, or %1</source>
+   <translation>Lightarc aktualisieren oder %1</translation>
+  </message>
+  <message>
+   <source>is not a stack: it holds no %1</source>
+   <translation>ist kein Stapel: %1 fehlt darin</translation>
+  </message>
+  <message>
+   <source>Import the photographs into a stack first</source>
+   <translation>Die Fotos zuerst in einen Stapel importieren</translation>
+  </message>
+  <message>
+   <source>was made by another version</source>
+   <translation>wurde von einer anderen Version erzeugt</translation>
+  </message>
+  <message>
+   <source>imported before stacks had checksums: damaged pixels would not be noticed</source>
+   <translation>importiert, bevor Stapel Prüfsummen hatten: beschädigte Pixel würden nicht bemerkt</translation>
+  </message>
+  <message>
+   <source>imported before records of stacks were sealed: a changed record would not be noticed</source>
+   <translation>importiert, bevor Angaben von Stapeln versiegelt wurden: eine geänderte Angabe würde nicht bemerkt</translation>
+  </message>
+  <message>
+   <source>has %1 bytes instead of %2</source>
+   <translation>hat %1 Bytes statt %2</translation>
+  </message>
+  <message>
+   <source>does not hold %1 of shape %2</source>
+   <translation>enthält kein %1 der Form %2</translation>
+  </message>
+  <message>
+   <source>is damaged: the checksum of its pixels does not fit</source>
+   <translation>ist beschädigt: die Prüfsumme seiner Pixel stimmt nicht</translation>
+  </message>
+  <message>
+   <source>is not as it was written</source>
+   <translation>ist nicht, wie es geschrieben wurde</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine/brdf</name>
+  <message>
+   <source>%1 of %2 light is reflected: the colour lies outside sRGB, and displays show none</source>
+   <translation>%1 des Lichts (%2) werden reflektiert: die Farbe liegt außerhalb von sRGB, und kein Bildschirm zeigt sie</translation>
+  </message>
+  <message>
+   <source>exchanging light and viewer changes the values by %1 (RMS): the measurement is not reciprocal</source>
+   <translation>vertauscht man Licht und Blick, ändern sich die Werte um %1 (RMS): die Messung ist nicht reziprok</translation>
+  </message>
+  <message>
+   <source>light from %1° is reflected to %2: more than arrives</source>
+   <translation>Licht aus %1° wird zu %2 reflektiert: mehr, als ankommt</translation>
+  </message>
+  <message>
+   <source>samples that are left out are missed by %1 (RMS): highlights are narrower than the distance between samples</source>
+   <translation>zurückgehaltene Abtastungen werden um %1 (RMS) verfehlt: Glanzlichter sind schmaler als der Abstand der Abtastungen</translation>
+  </message>
+  <message>
+   <source>unknown BRDF %1%2; choose from %3</source>
+   <translation>unbekannte BRDF %1%2; möglich: %3</translation>
+  </message>
+  <message>
+   <source>a preset takes no other parameters; write model:preset=name or model:name=value,…</source>
+   <translation>eine Voreinstellung nimmt keine weiteren Parameter; model:preset=name oder model:name=value,… schreiben</translation>
+  </message>
+  <message>
+   <source>%1 (before %2)</source>
+   <translation>%1 (vorher %2)</translation>
+  </message>
+  <message>
+   <source>all parameters are fixed, so that nothing is left to fit</source>
+   <translation>alle Parameter sind fest, sodass nichts anzupassen bleibt</translation>
+  </message>
+  <message>
+   <source>Lambert</source>
+   <translation>Lambert</translation>
+  </message>
+  <message>
+   <source>Fraction of the light that is reflected.</source>
+   <translation>Anteil des reflektierten Lichts.</translation>
+  </message>
+  <message>
+   <source>Oren–Nayar</source>
+   <translation>Oren–Nayar</translation>
+  </message>
+  <message>
+   <source>Reflectance of the facets.</source>
+   <translation>Reflexionsgrad der Facetten.</translation>
+  </message>
+  <message>
+   <source>Standard deviation of the facets' slope angle.</source>
+   <translation>Standardabweichung der Neigungswinkel der Facetten.</translation>
+  </message>
+  <message>
+   <source>Above 1 the lobe is higher than a cosine's.</source>
+   <translation>Über 1 ist die Keule höher als die eines Kosinus.</translation>
+  </message>
+  <message>
+   <source>Lafortune</source>
+   <translation>Lafortune</translation>
+  </message>
+  <message>
+   <source>Diffuse reflectance.</source>
+   <translation>Diffuser Reflexionsgrad.</translation>
+  </message>
+  <message>
+   <source>Strength of the highlight.</source>
+   <translation>Stärke des Glanzlichts.</translation>
+  </message>
+  <message>
+   <source>Weight along the surface; negative is forward, positive back.</source>
+   <translation>Gewicht längs der Fläche; negativ ist vorwärts, positiv zurück.</translation>
+  </message>
+  <message>
+   <source>Weight along the normal; only its ratio to the other counts.</source>
+   <translation>Gewicht längs der Normalen; nur das Verhältnis zum anderen zählt.</translation>
+  </message>
+  <message>
+   <source>Sharpness of the highlight.</source>
+   <translation>Schärfe des Glanzlichts.</translation>
+  </message>
+  <message>
+   <source>Lafortune, three lobes</source>
+   <translation>Lafortune, drei Keulen</translation>
+  </message>
+  <message>
+   <source>First lobe along the surface. %1</source>
+   <translation>Erste Keule längs der Fläche. %1</translation>
+  </message>
+  <message>
+   <source>First lobe along the normal. %1</source>
+   <translation>Erste Keule längs der Normalen. %1</translation>
+  </message>
+  <message>
+   <source>Sharpness of the first lobe.</source>
+   <translation>Schärfe der ersten Keule.</translation>
+  </message>
+  <message>
+   <source>Second lobe along the surface. %1</source>
+   <translation>Zweite Keule längs der Fläche. %1</translation>
+  </message>
+  <message>
+   <source>Second lobe along the normal. %1</source>
+   <translation>Zweite Keule längs der Normalen. %1</translation>
+  </message>
+  <message>
+   <source>Sharpness of the second lobe.</source>
+   <translation>Schärfe der zweiten Keule.</translation>
+  </message>
+  <message>
+   <source>Third lobe along the surface. %1</source>
+   <translation>Dritte Keule längs der Fläche. %1</translation>
+  </message>
+  <message>
+   <source>Third lobe along the normal. %1</source>
+   <translation>Dritte Keule längs der Normalen. %1</translation>
+  </message>
+  <message>
+   <source>Sharpness of the third lobe.</source>
+   <translation>Schärfe der dritten Keule.</translation>
+  </message>
+  <message>
+   <source>Cook–Torrance</source>
+   <translation>Cook–Torrance</translation>
+  </message>
+  <message>
+   <source>Root mean square slope of the facets.</source>
+   <translation>Quadratischer Mittelwert der Steigung der Facetten.</translation>
+  </message>
+  <message>
+   <source>Reflectance of the facets at normal incidence.</source>
+   <translation>Reflexionsgrad der Facetten bei senkrechtem Einfall.</translation>
+  </message>
+  <message>
+   <source>Width of the highlight.</source>
+   <translation>Breite des Glanzlichts.</translation>
+  </message>
+  <message>
+   <source>Reflectance at normal incidence.</source>
+   <translation>Reflexionsgrad bei senkrechtem Einfall.</translation>
+  </message>
+  <message>
+   <source>GGX, anisotropic</source>
+   <translation>GGX, anisotrop</translation>
+  </message>
+  <message>
+   <source>Width along the tangent.</source>
+   <translation>Breite längs der Tangente.</translation>
+  </message>
+  <message>
+   <source>Width across the tangent.</source>
+   <translation>Breite quer zur Tangente.</translation>
+  </message>
+  <message>
+   <source>Metallic–roughness (glTF)</source>
+   <translation>Metallisch–Rauheit (glTF)</translation>
+  </message>
+  <message>
+   <source>Colour of the diffuse part, or of the metal.</source>
+   <translation>Farbe des diffusen Anteils oder des Metalls.</translation>
+  </message>
+  <message>
+   <source>0 for dielectrics, 1 for metals.</source>
+   <translation>0 für Nichtleiter, 1 für Metalle.</translation>
+  </message>
+  <message>
+   <source>Root of the width of the highlight.</source>
+   <translation>Wurzel der Breite des Glanzlichts.</translation>
+  </message>
+  <message>
+   <source>Share of the light scattered again between facets that is added: 0 in glTF, 1 in full.</source>
+   <translation>Anteil des zwischen Facetten mehrfach gestreuten Lichts, der hinzukommt: 0 in glTF, 1 ganz.</translation>
+  </message>
+  <message>
+   <source>Ward</source>
+   <translation>Ward</translation>
+  </message>
+  <message>
+   <source>Ashikhmin–Shirley</source>
+   <translation>Ashikhmin–Shirley</translation>
+  </message>
+  <message>
+   <source>Diffuse reflectance under the highlight.</source>
+   <translation>Diffuser Reflexionsgrad unter dem Glanzlicht.</translation>
+  </message>
+  <message>
+   <source>Reflectance of the highlight at normal incidence.</source>
+   <translation>Reflexionsgrad des Glanzlichts bei senkrechtem Einfall.</translation>
+  </message>
+  <message>
+   <source>Sharpness along the tangent.</source>
+   <translation>Schärfe längs der Tangente.</translation>
+  </message>
+  <message>
+   <source>Sharpness across the tangent.</source>
+   <translation>Schärfe quer zur Tangente.</translation>
+  </message>
+  <message>
+   <source>Factor on the diffuse and the metallic base.</source>
+   <translation>Faktor auf die diffuse und die metallische Grundschicht.</translation>
+  </message>
+  <message>
+   <source>Roughness of the diffuse part.</source>
+   <translation>Rauheit des diffusen Anteils.</translation>
+  </message>
+  <message>
+   <source>Factor on the reflectance of the facets.</source>
+   <translation>Faktor auf den Reflexionsgrad der Facetten.</translation>
+  </message>
+  <message>
+   <source>Tint of dielectric highlights, and of metals at 82 degrees.</source>
+   <translation>Tönung der Glanzlichter von Nichtleitern und der von Metallen bei 82 Grad.</translation>
+  </message>
+  <message>
+   <source>Index of refraction of the dielectric base.</source>
+   <translation>Brechzahl der nichtleitenden Grundschicht.</translation>
+  </message>
+  <message>
+   <source>Coverage of the clear coat.</source>
+   <translation>Deckung des Klarlacks.</translation>
+  </message>
+  <message>
+   <source>Colour that the coat lets through.</source>
+   <translation>Farbe, die der Lack durchlässt.</translation>
+  </message>
+  <message>
+   <source>Root of the width of the coat's highlight.</source>
+   <translation>Wurzel der Breite des Glanzlichts des Lacks.</translation>
+  </message>
+  <message>
+   <source>Index of refraction of the coat.</source>
+   <translation>Brechzahl des Lacks.</translation>
+  </message>
+  <message>
+   <source>Share of the darkening by light that the coat sends back.</source>
+   <translation>Anteil der Abdunkelung durch Licht, das der Lack zurückwirft.</translation>
+  </message>
+  <message>
+   <source>Coverage of the fuzz: fibres, or dust.</source>
+   <translation>Deckung des Flaums: Fasern oder Staub.</translation>
+  </message>
+  <message>
+   <source>Colour of the fuzz.</source>
+   <translation>Farbe des Flaums.</translation>
+  </message>
+  <message>
+   <source>Roughness of the fuzz.</source>
+   <translation>Rauheit des Flaums.</translation>
+  </message>
+  <message>
+   <source>Coverage of a thin film on the base.</source>
+   <translation>Deckung eines dünnen Films auf der Grundschicht.</translation>
+  </message>
+  <message>
+   <source>Thickness of the film.</source>
+   <translation>Dicke des Films.</translation>
+  </message>
+  <message>
+   <source>Index of refraction of the film.</source>
+   <translation>Brechzahl des Films.</translation>
+  </message>
+  <message>
+   <source>OpenPBR, anisotropic</source>
+   <translation>OpenPBR, anisotrop</translation>
+  </message>
+  <message>
+   <source>How far the highlight is drawn out.</source>
+   <translation>Wie stark das Glanzlicht gestreckt ist.</translation>
+  </message>
+  <message>
+   <source>The same for that of the coat.</source>
+   <translation>Dasselbe für das des Lacks.</translation>
+  </message>
+  <message>
+   <source>From the tangent to x, anticlockwise.</source>
+   <translation>Von der Tangente zu x, gegen den Uhrzeigersinn.</translation>
+  </message>
+  <message>
+   <source>Phong</source>
+   <translation>Phong</translation>
+  </message>
+  <message>
+   <source>Poulin–Fournier</source>
+   <translation>Poulin–Fournier</translation>
+  </message>
+  <message>
+   <source>Diffuse reflectance of cylinders and floor.</source>
+   <translation>Diffuser Reflexionsgrad von Zylindern und Boden.</translation>
+  </message>
+  <message>
+   <source>Strength of their highlight.</source>
+   <translation>Stärke ihres Glanzlichts.</translation>
+  </message>
+  <message>
+   <source>Sharpness of their highlight.</source>
+   <translation>Schärfe ihres Glanzlichts.</translation>
+  </message>
+  <message>
+   <source>Distance of the axes in radii; at 2 the cylinders touch.</source>
+   <translation>Abstand der Achsen in Radien; bei 2 berühren sich die Zylinder.</translation>
+  </message>
+  <message>
+   <source>Height of the floor above the axes in radii; at 1 it hides the cylinders.</source>
+   <translation>Höhe des Bodens über den Achsen in Radien; bei 1 verdeckt er die Zylinder.</translation>
+  </message>
+  <message>
+   <source>%1 has no presets; those of lafortune are the only ones</source>
+   <translation>%1 hat keine Voreinstellungen; nur lafortune hat welche</translation>
+  </message>
+  <message>
+   <source>unknown preset %1 of %2; choose from %3%4</source>
+   <translation>unbekannte Voreinstellung %1 von %2; möglich: %3%4</translation>
+  </message>
+  <message>
+   <source>the linear error grows from %1 to %2</source>
+   <translation>der lineare Fehler wächst von %1 auf %2</translation>
+  </message>
+  <message>
+   <source>%1 while the logarithmic one falls: highlights are worse than before</source>
+   <translation>%1, während der logarithmische sinkt: Glanzlichter sind schlechter als zuvor</translation>
+  </message>
+  <message>
+   <source>the logarithmic error grows from %1 to %2</source>
+   <translation>der logarithmische Fehler wächst von %1 auf %2</translation>
+  </message>
+  <message>
+   <source>%1 while the linear one falls: dim values are worse than before</source>
+   <translation>%1, während der lineare sinkt: dunkle Werte sind schlechter als zuvor</translation>
+  </message>
+  <message>
+   <source>the fit misses the values by %1 (RMS): its highlights are not those of the data</source>
+   <translation>die Anpassung verfehlt die Werte um %1 (RMS): ihre Glanzlichter sind nicht die der Daten</translation>
+  </message>
+  <message>
+   <source>is ALTA's binary form</source>
+   <translation>ist die Binärform von ALTA</translation>
+  </message>
+  <message>
+   <source>Convert it to text with ALTA's data2data</source>
+   <translation>Mit data2data von ALTA in Text umwandeln</translation>
+  </message>
+  <message>
+   <source>names unknown coordinates %1; choose from %2</source>
+   <translation>nennt unbekannte Koordinaten %1; möglich: %2</translation>
+  </message>
+  <message>
+   <source>names %1, which has %2 coordinates, but #DIM says %3</source>
+   <translation>nennt %1 mit %2 Koordinaten, aber #DIM sagt %3</translation>
+  </message>
+  <message>
+   <source>%1 does not fix both directions; the missing angles are taken as ALTA takes them</source>
+   <translation>%1 legt nicht beide Richtungen fest; die fehlenden Winkel gelten wie bei ALTA</translation>
+  </message>
+  <message>
+   <source>ALTA samples</source>
+   <translation>ALTA-Abtastungen</translation>
+  </message>
+  <message>
+   <source>has no line #DIM with its dimensions</source>
+   <translation>hat keine Zeile #DIM mit seinen Dimensionen</translation>
+  </message>
+  <message>
+   <source>has %1 where two dimensions are needed</source>
+   <translation>hat %1, wo zwei Dimensionen nötig sind</translation>
+  </message>
+  <message>
+   <source>says %1 values per sample; 1 (grey) or 3 (colour) are read</source>
+   <translation>nennt %1 Werte je Abtastung; gelesen werden 1 (Grau) oder 3 (Farbe)</translation>
+  </message>
+  <message>
+   <source>has %1 values where %2 are needed</source>
+   <translation>hat %1 Werte, wo %2 nötig sind</translation>
+  </message>
+  <message>
+   <source>names unknown values %1; choose from %2</source>
+   <translation>nennt unbekannte Werte %1; möglich: %2</translation>
+  </message>
+  <message>
+   <source>should begin with the number of wavelengths</source>
+   <translation>sollte mit der Anzahl der Wellenlängen beginnen</translation>
+  </message>
+  <message>
+   <source>announces %1 wavelengths; 1 to %2 are possible</source>
+   <translation>kündigt %1 Wellenlängen an; möglich sind 1 bis %2</translation>
+  </message>
+  <message>
+   <source>ends a list of %1 wavelengths, but %2 are announced</source>
+   <translation>beendet eine Liste von %1 Wellenlängen, aber %2 sind angekündigt</translation>
+  </message>
+  <message>
+   <source>Cornell table</source>
+   <translation>Cornell-Tabelle</translation>
+  </message>
+  <message>
+   <source>ends within a row: %1 values of %2</source>
+   <translation>endet in einer Zeile: %1 Werte von %2</translation>
+  </message>
+  <message>
+   <source>has no line VARS that names its columns</source>
+   <translation>hat keine Zeile VARS, die seine Spalten nennt</translation>
+  </message>
+  <message>
+   <source>has %1 values where VARS names %2</source>
+   <translation>hat %1 Werte, wo VARS %2 nennt</translation>
+  </message>
+  <message>
+   <source>ASTM E1392 table</source>
+   <translation>ASTM-E1392-Tabelle</translation>
+  </message>
+  <message>
+   <source>names %1 columns; at most %2 are possible</source>
+   <translation>nennt %1 Spalten; möglich sind höchstens %2</translation>
+  </message>
+  <message>
+   <source>names %1 %2 times; once is needed</source>
+   <translation>nennt %1 %2-mal; einmal ist nötig</translation>
+  </message>
+  <message>
+   <source>names %1 columns of values; 1 to %2 are possible</source>
+   <translation>nennt %1 Spalten mit Werten; möglich sind 1 bis %2</translation>
+  </message>
+  <message>
+   <source>names a column %1; wavelengths as 400nm, R,G,B, X,Y,Z or one value are read</source>
+   <translation>nennt eine Spalte %1; gelesen werden Wellenlängen wie 400nm, R,G,B, X,Y,Z oder ein Wert</translation>
+  </message>
+  <message>
+   <source>has %1 where the number of points is needed</source>
+   <translation>hat %1, wo die Anzahl der Punkte nötig ist</translation>
+  </message>
+  <message>
+   <source>announces %1 points, but %2 follow</source>
+   <translation>kündigt %1 Punkte an, aber %2 folgen</translation>
+  </message>
+  <message>
+   <source>has wavelengths that do not rise</source>
+   <translation>hat Wellenlängen, die nicht steigen</translation>
+  </message>
+  <message>
+   <source>has directions but no values R,G,B</source>
+   <translation>hat Richtungen, aber keine Werte R,G,B</translation>
+  </message>
+  <message>
+   <source>Add the columns R, G, B in 1/sr</source>
+   <translation>Die Spalten R, G, B in 1/sr hinzufügen</translation>
+  </message>
+  <message>
+   <source>no angle is above 6.3; this file is read in degrees, but looks like radians</source>
+   <translation>kein Winkel ist über 6,3; diese Datei wird in Grad gelesen, sieht aber nach Radiant aus</translation>
+  </message>
+  <message>
+   <source>CSV samples</source>
+   <translation>CSV-Abtastungen</translation>
+  </message>
+  <message>
+   <source>has an angle that is not finite in row %1</source>
+   <translation>hat in Zeile %1 einen Winkel, der nicht endlich ist</translation>
+  </message>
+  <message>
+   <source>Give all angles in degrees</source>
+   <translation>Alle Winkel in Grad angeben</translation>
+  </message>
+  <message>
+   <source>holds no measurement</source>
+   <translation>enthält keine Messung</translation>
+  </message>
+  <message>
+   <source>has %1 = %2 degrees</source>
+   <translation>hat %1 = %2 Grad</translation>
+  </message>
+  <message>
+   <source>says that %1 is in radians</source>
+   <translation>gibt %1 in Radiant an</translation>
+  </message>
+  <message>
+   <source>Write degrees</source>
+   <translation>Grad schreiben</translation>
+  </message>
+  <message>
+   <source>4 angles and 0, 1 or 3 values</source>
+   <translation>4 Winkel und 0, 1 oder 3 Werte</translation>
+  </message>
+  <message>
+   <source>Name the columns in a first line; of CUReT's files name rbrdf.dat or abrdf.dat</source>
+   <translation>Die Spalten in einer ersten Zeile nennen; von CUReTs Dateien rbrdf.dat oder abrdf.dat nennen</translation>
+  </message>
+  <message>
+   <source>begins a column that counts the rows, where theta_i is needed</source>
+   <translation>beginnt mit einer Spalte, die die Zeilen zählt, wo theta_i nötig ist</translation>
+  </message>
+  <message>
+   <source>Write one row of %1 in degrees and R, G, B</source>
+   <translation>Eine Zeile aus %1 in Grad und R, G, B schreiben</translation>
+  </message>
+  <message>
+   <source>If these are decimal commas, write decimal points, or separate the columns by semicolons</source>
+   <translation>Falls das Dezimalkommas sind, Dezimalpunkte schreiben oder die Spalten mit Semikolons trennen</translation>
+  </message>
+  <message>
+   <source>has %1 columns where %2 are needed</source>
+   <translation>hat %1 Spalten, wo %2 nötig sind</translation>
+  </message>
+  <message>
+   <source>holds %1 materials</source>
+   <translation>enthält %1 Materialien</translation>
+  </message>
+  <message>
+   <source>has no material %1</source>
+   <translation>hat kein Material %1</translation>
+  </message>
+  <message>
+   <source>%1; their numbers are %2</source>
+   <translation>%1; ihre Nummern sind %2</translation>
+  </message>
+  <message>
+   <source>Name one, as %1#%2</source>
+   <translation>Eines nennen, als %1#%2</translation>
+  </message>
+  <message>
+   <source>red, green and blue do not lie together; read as grey</source>
+   <translation>Rot, Grün und Blau liegen nicht beieinander; als Grau gelesen</translation>
+  </message>
+  <message>
+   <source>CUReT %1</source>
+   <translation>CUReT %1</translation>
+  </message>
+  <message>
+   <source>CUReT samples</source>
+   <translation>CUReT-Abtastungen</translation>
+  </message>
+  <message>
+   <source>needs the directions of its measurements</source>
+   <translation>braucht die Richtungen seiner Messungen</translation>
+  </message>
+  <message>
+   <source>Put CUReT's table.txt beside it</source>
+   <translation>CUReTs table.txt danebenlegen</translation>
+  </message>
+  <message>
+   <source>has %1 values; theta_v phi_v theta_i phi_i are needed</source>
+   <translation>hat %1 Werte; nötig sind theta_v phi_v theta_i phi_i</translation>
+  </message>
+  <message>
+   <source>has angles that are not possible</source>
+   <translation>hat unmögliche Winkel</translation>
+  </message>
+  <message>
+   <source>Fetch CUReT's table.txt again</source>
+   <translation>CUReTs table.txt neu holen</translation>
+  </message>
+  <message>
+   <source>has %1 where the number of a material is needed</source>
+   <translation>hat %1, wo die Nummer eines Materials nötig ist</translation>
+  </message>
+  <message>
+   <source>has %1 values, but table.txt has %2 pairs of directions</source>
+   <translation>hat %1 Werte, aber table.txt hat %2 Richtungspaare</translation>
+  </message>
+  <message>
+   <source>is a second row of material %1</source>
+   <translation>ist eine zweite Zeile von Material %1</translation>
+  </message>
+  <message>
+   <source>holds values that are not numbers, or absurdly large</source>
+   <translation>enthält Werte, die keine Zahlen oder unsinnig groß sind</translation>
+  </message>
+  <message>
+   <source>holds only negative entries, which mean that nothing was measured</source>
+   <translation>enthält nur negative Einträge, die bedeuten, dass nichts gemessen wurde</translation>
+  </message>
+  <message>
+   <source>MERL table</source>
+   <translation>MERL-Tabelle</translation>
+  </message>
+  <message>
+   <source>has only %1 bytes, too few for a MERL table</source>
+   <translation>hat nur %1 Bytes, zu wenige für eine MERL-Tabelle</translation>
+  </message>
+  <message>
+   <source>looks big-endian: its bytes are swapped</source>
+   <translation>sieht nach Big-Endian aus: seine Bytes sind vertauscht</translation>
+  </message>
+  <message>
+   <source>Convert it to little-endian MERL data</source>
+   <translation>In MERL-Daten in Little-Endian umwandeln</translation>
+  </message>
+  <message>
+   <source>states %1 bins where a MERL table has 90 × 90 × 180</source>
+   <translation>gibt %1 Klassen an, wo eine MERL-Tabelle 90 × 90 × 180 hat</translation>
+  </message>
+  <message>
+   <source>Give a MERL file as published</source>
+   <translation>Eine MERL-Datei angeben, wie sie veröffentlicht ist</translation>
+  </message>
+  <message>
+   <source>has %1 bytes where a MERL table has %2</source>
+   <translation>hat %1 Bytes, wo eine MERL-Tabelle %2 hat</translation>
+  </message>
+  <message>
+   <source>is not a measured BRDF of a known format</source>
+   <translation>ist keine gemessene BRDF eines bekannten Formats</translation>
+  </message>
+  <message>
+   <source>These are read: %1</source>
+   <translation>Gelesen werden: %1</translation>
+  </message>
+  <message>
+   <source>is a BSDF of a window system in XML (WINDOW, Radiance), by Klems' patches or a tensor tree</source>
+   <translation>ist eine BSDF eines Fenstersystems in XML (WINDOW, Radiance), mit Klems-Feldern oder Tensorbaum</translation>
+  </message>
+  <message>
+   <source>Sample it with Radiance's bsdfquery into a table of angles and colours (.csv)</source>
+   <translation>Mit bsdfquery von Radiance in eine Tabelle von Winkeln und Farben (.csv) abtasten</translation>
+  </message>
+  <message>
+   <source>is a BSDF of Zemax</source>
+   <translation>ist eine BSDF von Zemax</translation>
+  </message>
+  <message>
+   <source>Write its values as a table of angles and colours (.csv)</source>
+   <translation>Seine Werte als Tabelle von Winkeln und Farben (.csv) schreiben</translation>
+  </message>
+  <message>
+   <source>is an AxF file of X-Rite, or another of HDF5</source>
+   <translation>ist eine AxF-Datei von X-Rite oder eine andere mit HDF5</translation>
+  </message>
+  <message>
+   <source>Export its maps as PBR textures, or its BRDF as a table, with the program that it comes from</source>
+   <translation>Seine Karten als PBR-Texturen oder seine BRDF als Tabelle aus dem Ursprungsprogramm exportieren</translation>
+  </message>
+  <message>
+   <source>is a bidirectional texture function (BTF)</source>
+   <translation>ist eine bidirektionale Texturfunktion (BTF)</translation>
+  </message>
+  <message>
+   <source>Export its maps as PBR textures, or its images as a capture</source>
+   <translation>Seine Karten als PBR-Texturen oder seine Bilder als Aufnahme exportieren</translation>
+  </message>
+  <message>
+   <source>, which is not read</source>
+   <translation>, das nicht gelesen wird</translation>
+  </message>
+  <message>
+   <source>Name a file, or a model: %1</source>
+   <translation>Eine Datei oder ein Modell nennen: %1</translation>
+  </message>
+  <message>
+   <source>%1 is neither a file nor a BRDF model%2; models are %3</source>
+   <translation>%1 ist weder eine Datei noch ein BRDF-Modell%2; Modelle sind %3</translation>
+  </message>
+  <message>
+   <source>Download it again from the RGL database</source>
+   <translation>Neu aus der RGL-Datenbank herunterladen</translation>
+  </message>
+  <message>
+   <source>covers %1° of azimuth, and 360, 180 or 90 are known</source>
+   <translation>umfasst %1° Azimut; bekannt sind 360, 180 oder 90</translation>
+  </message>
+  <message>
+   <source>%1RGL measurement</source>
+   <translation>%1RGL-Messung</translation>
+  </message>
+  <message>
+   <source>is a polarised measurement (Mueller matrices over half and difference angles), not an RGL BRDF</source>
+   <translation>ist eine polarisierte Messung (Müller-Matrizen über Halb- und Differenzwinkeln), keine RGL-BRDF</translation>
+  </message>
+  <message>
+   <source>Give an unpolarised .bsdf file of the RGL database</source>
+   <translation>Eine unpolarisierte .bsdf-Datei der RGL-Datenbank angeben</translation>
+  </message>
+  <message>
+   <source>is a tensor_file without measured reflectance; its fields are %1</source>
+   <translation>ist eine tensor_file ohne gemessenen Reflexionsgrad; ihre Felder sind %1</translation>
+  </message>
+  <message>
+   <source>Give a .bsdf file of the RGL database</source>
+   <translation>Eine .bsdf-Datei der RGL-Datenbank angeben</translation>
+  </message>
+  <message>
+   <source>lacks the field %1 of an RGL measurement</source>
+   <translation>hat kein Feld %1, das Teil einer RGL-Messung ist</translation>
+  </message>
+  <message>
+   <source>has a field %1 of %2 %3: it is damaged</source>
+   <translation>hat ein Feld %1 aus %2 %3: es ist beschädigt</translation>
+  </message>
+  <message>
+   <source>has %1 numbers as %2, not one: it is damaged</source>
+   <translation>hat %1 Zahlen als %2, nicht eine: es ist beschädigt</translation>
+  </message>
+  <message>
+   <source>has %1 that are not angles in rising order: it is damaged</source>
+   <translation>hat %1, die keine steigenden Winkel sind: es ist beschädigt</translation>
+  </message>
+  <message>
+   <source>has %1 that is not a table of positive numbers: it is damaged</source>
+   <translation>hat %1, das keine Tabelle positiver Zahlen ist: es ist beschädigt</translation>
+  </message>
+  <message>
+   <source>has %1 that is 0 for some incident direction: it is damaged</source>
+   <translation>hat %1, das für eine Einfallsrichtung 0 ist: es ist beschädigt</translation>
+  </message>
+  <message>
+   <source>has %1 for %2 × %3 incident directions, and %4 × %5 of them</source>
+   <translation>hat %1 für %2 × %3 Einfallsrichtungen, und %4 × %5 davon</translation>
+  </message>
+  <message>
+   <source>%1: it is damaged</source>
+   <translation>%1: es ist beschädigt</translation>
+  </message>
+  <message>
+   <source>has %1 in %2 bands, and %3 wavelengths: it is damaged</source>
+   <translation>hat %1 in %2 Bändern und %3 Wellenlängen: es ist beschädigt</translation>
+  </message>
+  <message>
+   <source>has wavelengths that cannot be used: %1</source>
+   <translation>hat unbrauchbare Wellenlängen: %1</translation>
+  </message>
+  <message>
+   <source>%1 of %2 measured directions have a negative value; negative reflectance is taken as 0</source>
+   <translation>%1 von %2 gemessenen Richtungen haben einen negativen Wert; negativer Reflexionsgrad gilt als 0</translation>
+  </message>
+  <message>
+   <source>%1 of %2 measured directions have a value that is not a finite number; it is taken as 0</source>
+   <translation>%1 von %2 gemessenen Richtungen haben einen nicht endlichen Wert; er gilt als 0</translation>
+  </message>
+  <message>
+   <source>light was measured from %1° to %2°; beyond, the nearest measurement is taken</source>
+   <translation>Licht wurde von %1° bis %2° gemessen; darüber hinaus gilt die nächste Messung</translation>
+  </message>
+  <message>
+   <source>azimuths were measured from %1° to %2°; beyond, the nearest measurement is taken</source>
+   <translation>Azimute wurden von %1° bis %2° gemessen; darüber hinaus gilt die nächste Messung</translation>
+  </message>
+  <message>
+   <source>Write the table again with this program</source>
+   <translation>Die Tabelle neu mit diesem Programm schreiben</translation>
+  </message>
+  <message>
+   <source>1/sr, without the cosine</source>
+   <translation>1/sr, ohne den Kosinus</translation>
+  </message>
+  <message>
+   <source>linear sRGB</source>
+   <translation>lineares sRGB</translation>
+  </message>
+  <message>
+   <source>The values are rounded from float64 to float32, 6·10⁻⁸ relative.</source>
+   <translation>Die Werte sind von float64 auf float32 gerundet, 6·10⁻⁸ relativ.</translation>
+  </message>
+  <message>
+   <source>has no channel %1 of %2 × %3 floats, as its table needs</source>
+   <translation>hat keinen Kanal %1 aus %2 × %3 Gleitkommazahlen, wie seine Tabelle ihn braucht</translation>
+  </message>
+  <message>
+   <source>is damaged: its fingerprint does not fit its content</source>
+   <translation>ist beschädigt: sein Fingerabdruck passt nicht zum Inhalt</translation>
+  </message>
+  <message>
+   <source>holds a table that cannot be: %1</source>
+   <translation>enthält eine unmögliche Tabelle: %1</translation>
+  </message>
+  <message>
+   <source>is an OpenEXR image without the attribute %1</source>
+   <translation>ist ein OpenEXR-Bild ohne das Attribut %1</translation>
+  </message>
+  <message>
+   <source>has a faulty attribute %1: %2 %3</source>
+   <translation>hat ein fehlerhaftes Attribut %1: %2 %3</translation>
+  </message>
+  <message>
+   <source>states an impossible table of %1 entries</source>
+   <translation>gibt eine unmögliche Tabelle mit %1 Einträgen an</translation>
+  </message>
+  <message>
+   <source>states %1 grids for a table in %2</source>
+   <translation>gibt %1 Gitter für eine Tabelle in %2 an</translation>
+  </message>
+  <message>
+   <source>is cut off within its list of fields</source>
+   <translation>ist in seiner Liste der Felder abgeschnitten</translation>
+  </message>
+  <message>
+   <source>is not a tensor_file: it begins otherwise</source>
+   <translation>ist keine tensor_file: es beginnt anders</translation>
+  </message>
+  <message>
+   <source>is a tensor_file of version %1.%2, and 1.0 is read</source>
+   <translation>ist eine tensor_file der Version %1.%2; gelesen wird 1.0</translation>
+  </message>
+  <message>
+   <source>Convert it to 1.0</source>
+   <translation>In 1.0 umwandeln</translation>
+  </message>
+  <message>
+   <source>is byte-swapped: its numbers are big-endian</source>
+   <translation>hat vertauschte Bytes: seine Zahlen sind Big-Endian</translation>
+  </message>
+  <message>
+   <source>Write it in little-endian order</source>
+   <translation>In Little-Endian-Reihenfolge schreiben</translation>
+  </message>
+  <message>
+   <source>announces %1 fields, more than %2: it is damaged</source>
+   <translation>kündigt %1 Felder an, mehr als %2: es ist beschädigt</translation>
+  </message>
+  <message>
+   <source>has two fields of one name: it is damaged</source>
+   <translation>hat zwei Felder desselben Namens: es ist beschädigt</translation>
+  </message>
+  <message>
+   <source>has a field whose name is %1 bytes long: it is damaged</source>
+   <translation>hat ein Feld, dessen Name %1 Bytes lang ist: es ist beschädigt</translation>
+  </message>
+  <message>
+   <source>has a field whose name is not text: it is damaged</source>
+   <translation>hat ein Feld, dessen Name kein Text ist: es ist beschädigt</translation>
+  </message>
+  <message>
+   <source>has a field %1 of %2 dimensions: it is damaged</source>
+   <translation>hat ein Feld %1 mit %2 Dimensionen: es ist beschädigt</translation>
+  </message>
+  <message>
+   <source>has a field %1 of the unknown type %2: it is damaged</source>
+   <translation>hat ein Feld %1 des unbekannten Typs %2: es ist beschädigt</translation>
+  </message>
+  <message>
+   <source>has a field %1 of %2 numbers, which do not fit into its %3 bytes</source>
+   <translation>hat ein Feld %1 aus %2 Zahlen, die nicht in seine %3 Bytes passen</translation>
+  </message>
+  <message>
+   <source>%1: it is cut off or damaged</source>
+   <translation>%1: es ist abgeschnitten oder beschädigt</translation>
+  </message>
+  <message>
+   <source>is cut off: its field %1 ends at byte %2, the file at %3</source>
+   <translation>ist abgeschnitten: sein Feld %1 endet bei Byte %2, die Datei bei %3</translation>
+  </message>
+  <message>
+   <source>the list of fields</source>
+   <translation>die Liste der Felder</translation>
+  </message>
+  <message>
+   <source>has a field %1 that lies over %2: it is damaged</source>
+   <translation>hat ein Feld %1, das über %2 liegt: es ist beschädigt</translation>
+  </message>
+  <message>
+   <source>Correct the file, or export it again from the program that wrote it</source>
+   <translation>Die Datei berichtigen oder aus dem Ursprungsprogramm neu exportieren</translation>
+  </message>
+  <message>
+   <source>has %1 characters; at most %2 are read</source>
+   <translation>hat %1 Zeichen; gelesen werden höchstens %2</translation>
+  </message>
+  <message>
+   <source>has a decimal comma in %1</source>
+   <translation>hat ein Dezimalkomma in %1</translation>
+  </message>
+  <message>
+   <source>Write decimal points</source>
+   <translation>Dezimalpunkte schreiben</translation>
+  </message>
+  <message>
+   <source>has %1 where a number is needed</source>
+   <translation>hat %1, wo eine Zahl nötig ist</translation>
+  </message>
+  <message>
+   <source>holds %1 samples; at most %2 are read</source>
+   <translation>enthält %1 Abtastungen; gelesen werden höchstens %2</translation>
+  </message>
+  <message>
+   <source>is not text (byte %1 at %2)</source>
+   <translation>ist kein Text (Byte %1 bei %2)</translation>
+  </message>
+  <message>
+   <source>is damaged: it begins as %1 text and does not go on so</source>
+   <translation>ist beschädigt: es beginnt als %1-Text und geht nicht so weiter</translation>
+  </message>
+  <message>
+   <source>Convert it to little-endian float64</source>
+   <translation>In float64 in Little-Endian umwandeln</translation>
+  </message>
+  <message>
+   <source>holds only negative entries, so that nothing was measured</source>
+   <translation>enthält nur negative Einträge, sodass nichts gemessen wurde</translation>
+  </message>
+  <message>
+   <source>UTIA table</source>
+   <translation>UTIA-Tabelle</translation>
+  </message>
+  <message>
+   <source>has %1 bytes where a UTIA table has %2</source>
+   <translation>hat %1 Bytes, wo eine UTIA-Tabelle %2 hat</translation>
+  </message>
+  <message>
+   <source>Give a binary UTIA file of 288 × 288 directions as published</source>
+   <translation>Eine binäre UTIA-Datei mit 288 × 288 Richtungen angeben, wie sie veröffentlicht ist</translation>
+  </message>
+  <message>
+   <source>sampling the reflectance</source>
+   <translation>Reflexion wird abgetastet</translation>
+  </message>
+  <message>
+   <source>resampled table</source>
+   <translation>neu abgetastete Tabelle</translation>
+  </message>
+  <message>
+   <source>Resampling to a table has an error of %1 RMS.</source>
+   <translation>Die Umrechnung in eine Tabelle hat einen Fehler von %1 RMS.</translation>
+  </message>
+  <message>
+   <source>The BRDF is anisotropic; the table is its mean over the azimuths of the half vector.</source>
+   <translation>Die BRDF ist anisotrop; die Tabelle ist ihr Mittel über die Azimute des Halbvektors.</translation>
+  </message>
+  <message>
+   <source>The BRDF is not reciprocal; the table is the mean of both directions of the light.</source>
+   <translation>Die BRDF ist nicht reziprok; die Tabelle ist das Mittel beider Lichtrichtungen.</translation>
+  </message>
+  <message>
+   <source>dropped: at or below the horizon</source>
+   <translation>verworfen: am oder unter dem Horizont</translation>
+  </message>
+  <message>
+   <source>has no valid measurement among its %1</source>
+   <translation>hat keine gültige Messung unter %1</translation>
+  </message>
+  <message>
+   <source>cannot be turned into a colour: %1</source>
+   <translation>lässt sich nicht in eine Farbe umrechnen: %1</translation>
+  </message>
+  <message>
+   <source>dropped: not finite</source>
+   <translation>verworfen: nicht endlich</translation>
+  </message>
+  <message>
+   <source>dropped: negative</source>
+   <translation>verworfen: negativ</translation>
+  </message>
+  <message>
+   <source>outside sRGB</source>
+   <translation>außerhalb von sRGB</translation>
+  </message>
+  <message>
+   <source>negative channels</source>
+   <translation>negative Kanäle</translation>
+  </message>
+  <message>
+   <source>%1 of %2 measurements have a negative channel, which is taken as 0</source>
+   <translation>%1 von %2 Messungen haben einen negativen Kanal, der als 0 gilt</translation>
+  </message>
+  <message>
+   <source>%1 of %2 measurements are not used (%3)</source>
+   <translation>%1 von %2 Messungen werden nicht verwendet (%3)</translation>
+  </message>
+  <message>
+   <source>absurdly large</source>
+   <translation>unsinnig groß</translation>
+  </message>
+  <message>
+   <source>interpolation, box %1 of %2</source>
+   <translation>Interpolation, Bereich %1 von %2</translation>
+  </message>
+  <message>
+   <source>condition number</source>
+   <translation>Konditionszahl</translation>
+  </message>
+  <message>
+   <source>leave-one-out, relative</source>
+   <translation>Auslassfehler, relativ</translation>
+  </message>
+  <message>
+   <source>leave-one-out, logarithmic</source>
+   <translation>Auslassfehler, logarithmisch</translation>
+  </message>
+  <message>
+   <source>samples merged</source>
+   <translation>zusammengefasste Abtastungen</translation>
+  </message>
+  <message>
+   <source>the interpolation is ill-conditioned (%1); smoothing helps</source>
+   <translation>die Interpolation ist schlecht konditioniert (%1); Glättung hilft</translation>
+  </message>
+  <message>
+   <source>%1 samples repeat the directions of another, or are its image by symmetry; their mean is kept</source>
+   <translation>%1 Abtastungen wiederholen die Richtungen einer anderen oder sind ihr Bild durch Symmetrie; ihr Mittel bleibt</translation>
+  </message>
+  <message>
+   <source>choice of coordinates and kernel</source>
+   <translation>Wahl von Koordinaten und Kern</translation>
+  </message>
+  <message>
+   <source>wavelengths must be a list of finite numbers in rising order</source>
+   <translation>Wellenlängen müssen eine Liste endlicher Zahlen in steigender Reihenfolge sein</translation>
+  </message>
+  <message>
+   <source>no wavelength lies between %1 and %2 nm</source>
+   <translation>keine Wellenlänge liegt zwischen %1 und %2 nm</translation>
+  </message>
+  <message>
+   <source>filled along phi from the nearest measured values, empty rows from the nearest row</source>
+   <translation>längs phi aus den nächsten gemessenen Werten gefüllt, leere Zeilen aus der nächsten Zeile</translation>
+  </message>
+  <message>
+   <source>%1 of %2 entries are missing; they are %3.</source>
+   <translation>%1 von %2 Einträgen fehlen; sie sind %3.</translation>
+  </message>
+  <message>
+   <source>line %1: %2</source>
+   <translation>Zeile %1: %2</translation>
+  </message>
+  <message>
+   <source>written in GLSL</source>
+   <translation>in GLSL geschrieben</translation>
+  </message>
+  <message>
+   <source>has %1 bytes of text, more than %2</source>
+   <translation>hat %1 Bytes Text, mehr als %2</translation>
+  </message>
+  <message>
+   <source>Shorten it</source>
+   <translation>Kürzen</translation>
+  </message>
+  <message>
+   <source>are infinite or no numbers</source>
+   <translation>sind unendlich oder keine Zahlen</translation>
+  </message>
+  <message>
+   <source>are negative</source>
+   <translation>sind negativ</translation>
+  </message>
+  <message>
+   <source>%1 of the values %2 and count as 0.</source>
+   <translation>%1 der Werte %2 und zählen als 0.</translation>
+  </message>
+  <message>
+   <source>takes more than %1 s to evaluate</source>
+   <translation>braucht zur Auswertung mehr als %1 s</translation>
+  </message>
+  <message>
+   <source>Shorten its loops</source>
+   <translation>Die Schleifen kürzen</translation>
+  </message>
+  <message>
+   <source>hangs: not evaluated within %1 s</source>
+   <translation>hängt: in %1 s nicht ausgewertet</translation>
+  </message>
+  <message>
+   <source>makes the driver of OpenGL crash</source>
+   <translation>bringt den OpenGL-Treiber zum Absturz</translation>
+  </message>
+  <message>
+   <source>Write it more simply</source>
+   <translation>Einfacher schreiben</translation>
+  </message>
+  <message>
+   <source>Correct it there</source>
+   <translation>Dort korrigieren</translation>
+  </message>
+  <message>
+   <source>the function BRDF does not fit the rest (%1)</source>
+   <translation>die Funktion BRDF passt nicht zum Rest (%1)</translation>
+  </message>
+  <message>
+   <source>Close all brackets, comments and #if</source>
+   <translation>Alle Klammern, Kommentare und #if schließen</translation>
+  </message>
+  <message>
+   <source>does not compile (%1)</source>
+   <translation>lässt sich nicht übersetzen (%1)</translation>
+  </message>
+  <message>
+   <source>Correct the shader</source>
+   <translation>Den Shader korrigieren</translation>
+  </message>
+  <message>
+   <source>has more than %1 bytes of text</source>
+   <translation>hat mehr als %1 Bytes Text</translation>
+  </message>
+  <message>
+   <source>holds a zero byte</source>
+   <translation>enthält ein Nullbyte</translation>
+  </message>
+  <message>
+   <source>does not begin with the word analytic</source>
+   <translation>beginnt nicht mit dem Wort analytic</translation>
+  </message>
+  <message>
+   <source>Write it into the first line</source>
+   <translation>In die erste Zeile schreiben</translation>
+  </message>
+  <message>
+   <source>%1 has not ended</source>
+   <translation>%1 ist nicht beendet</translation>
+  </message>
+  <message>
+   <source>Write ::end %1 before it</source>
+   <translation>Davor ::end %1 schreiben</translation>
+  </message>
+  <message>
+   <source>ends %1, not %2</source>
+   <translation>beendet %1, nicht %2</translation>
+  </message>
+  <message>
+   <source>Pair them</source>
+   <translation>Paarweise schreiben</translation>
+  </message>
+  <message>
+   <source>%1 never ends</source>
+   <translation>%1 endet nie</translation>
+  </message>
+  <message>
+   <source>Write ::end %1 after it</source>
+   <translation>Danach ::end %1 schreiben</translation>
+  </message>
+  <message>
+   <source>Write vec3 BRDF(vec3 L, vec3 V, vec3 N, vec3 X, vec3 Y) between ::begin shader and ::end shader</source>
+   <translation>vec3 BRDF(vec3 L, vec3 V, vec3 N, vec3 X, vec3 Y) zwischen ::begin shader und ::end shader schreiben</translation>
+  </message>
+  <message>
+   <source>has no function BRDF</source>
+   <translation>hat keine Funktion BRDF</translation>
+  </message>
+  <message>
+   <source>#%1 is not allowed</source>
+   <translation>#%1 ist nicht erlaubt</translation>
+  </message>
+  <message>
+   <source>Remove the line: a text stands for itself</source>
+   <translation>Die Zeile entfernen: ein Text steht für sich</translation>
+  </message>
+  <message>
+   <source>declares more than %1 parameters</source>
+   <translation>deklariert mehr als %1 Parameter</translation>
+  </message>
+  <message>
+   <source>Leave some out</source>
+   <translation>Einige weglassen</translation>
+  </message>
+  <message>
+   <source>declares %1 again</source>
+   <translation>deklariert %1 noch einmal</translation>
+  </message>
+  <message>
+   <source>Give it another name</source>
+   <translation>Einen anderen Namen geben</translation>
+  </message>
+  <message>
+   <source>%1 is not a kind of parameter</source>
+   <translation>%1 ist keine Art von Parameter</translation>
+  </message>
+  <message>
+   <source>Write float, bool or color</source>
+   <translation>float, bool oder color schreiben</translation>
+  </message>
+  <message>
+   <source>is not a parameter</source>
+   <translation>ist kein Parameter</translation>
+  </message>
+  <message>
+   <source>%1 is not a name for a parameter</source>
+   <translation>%1 ist kein Name für einen Parameter</translation>
+  </message>
+  <message>
+   <source>Use letters, digits and _</source>
+   <translation>Buchstaben, Ziffern und _ verwenden</translation>
+  </message>
+  <message>
+   <source>the range of %1 is empty</source>
+   <translation>der Bereich von %1 ist leer</translation>
+  </message>
+  <message>
+   <source>Write a highest above the lowest</source>
+   <translation>Einen Höchstwert über dem kleinsten schreiben</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine/factor</name>
+  <message>
+   <source>For direct light take half and difference vectors (parametrisation half-diff): as many terms of them are off by %1, where these are by %2.</source>
+   <translation>Für direktes Licht Halb- und Differenzvektoren nehmen (Parametrisierung half-diff): ebenso viele Terme davon weichen um %1 ab, diese um %2.</translation>
+  </message>
+  <message>
+   <source>sampling the BRDF</source>
+   <translation>BRDF wird abgetastet</translation>
+  </message>
+  <message>
+   <source>the BRDF is not a finite number for light at %1° and viewer at %2°</source>
+   <translation>die BRDF ist keine endliche Zahl für Licht bei %1° und Blick bei %2°</translation>
+  </message>
+  <message>
+   <source>no further term lowers the held-out errors</source>
+   <translation>kein weiterer Term senkt die zurückgehaltenen Fehler</translation>
+  </message>
+  <message>
+   <source>from %1 to %2</source>
+   <translation>von %1 auf %2</translation>
+  </message>
+  <message>
+   <source>one more raises the held-out RMS × cos %1 sr⁻¹</source>
+   <translation>einer mehr erhöht den zurückgehaltenen RMS × cos %1 sr⁻¹</translation>
+  </message>
+  <message>
+   <source>one more raises the held-out squared logarithm %1</source>
+   <translation>einer mehr erhöht den zurückgehaltenen quadratischen Logarithmus %1</translation>
+  </message>
+  <message>
+   <source>further ones raise the held-out errors, although one more lowers the RMS × cos %1 sr⁻¹</source>
+   <translation>weitere erhöhen die zurückgehaltenen Fehler, obwohl einer mehr den RMS × cos %1 sr⁻¹ senkt</translation>
+  </message>
+  <message>
+   <source>for image-based light take the Gaussian mode, which follows the highlight itself</source>
+   <translation>für bildbasiertes Licht den Gauß-Modus nehmen, der dem Glanzlicht selbst folgt</translation>
+  </message>
+  <message>
+   <source>At %1 of all pairs of directions the factors are cut at three times the largest value measured within 12°.</source>
+   <translation>Bei %1 aller Richtungspaare sind die Faktoren beim Dreifachen des größten innerhalb von 12° gemessenen Werts gekappt.</translation>
+  </message>
+  <message>
+   <source>Use these factors for nothing: they are off by %1 of the reflectance (RMS). Draw the reflectance itself, or a model fitted to it; %2.</source>
+   <translation>Diese Faktoren für nichts verwenden: sie weichen um %1 des Reflexionsgrads ab (RMS). Das Reflexionsverhalten selbst zeichnen oder ein daran angepasstes Modell; %2.</translation>
+  </message>
+  <message>
+   <source>The highlight is too narrow for these factors, which are off by %1 of the reflectance (RMS): %2.</source>
+   <translation>Das Glanzlicht ist zu schmal für diese Faktoren, die um %1 des Reflexionsgrads abweichen (RMS): %2.</translation>
+  </message>
+  <message>
+   <source>this term</source>
+   <translation>diesen Term</translation>
+  </message>
+  <message>
+   <source>these %1 terms</source>
+   <translation>diese %1 Terme</translation>
+  </message>
+  <message>
+   <source>Precomputed transport in wavelets can use %1: light maps go into the transport, view maps are looked up while drawing.</source>
+   <translation>Vorberechneter Transport in Wavelets kann %1 verwenden: Lichtkarten gehen in den Transport ein, Blickkarten werden beim Zeichnen abgetastet.</translation>
+  </message>
+  <message>
+   <source>Direct light can use them too: two look-ups a term for each light.</source>
+   <translation>Auch direktes Licht kann sie verwenden: zwei Abtastungen je Term und Licht.</translation>
+  </message>
+  <message>
+   <source>Direct light in the viewport can use %1: textures of the half and the difference vector.</source>
+   <translation>Direktes Licht in der Ansicht kann %1 verwenden: Texturen des Halb- und des Differenzvektors.</translation>
+  </message>
+  <message>
+   <source>Precomputed transport in wavelets cannot: it needs factors of the incident and the outgoing direction.</source>
+   <translation>Vorberechneter Transport in Wavelets kann es nicht: er braucht Faktoren der Einfalls- und der Ausfallsrichtung.</translation>
+  </message>
+  <message>
+   <source>two look-ups a texture</source>
+   <translation>zwei Abtastungen je Textur</translation>
+  </message>
+  <message>
+   <source>one look-up a texture</source>
+   <translation>eine Abtastung je Textur</translation>
+  </message>
+  <message>
+   <source>this texture</source>
+   <translation>diese Textur</translation>
+  </message>
+  <message>
+   <source>these %1 textures</source>
+   <translation>diese %1 Texturen</translation>
+  </message>
+  <message>
+   <source>Direct light in the viewport can use %1: %2 for each light.</source>
+   <translation>Direktes Licht in der Ansicht kann %1 verwenden: %2 für jedes Licht.</translation>
+  </message>
+  <message>
+   <source>Precomputed transport in wavelets cannot: it needs a sum of products, and this is one product.</source>
+   <translation>Vorberechneter Transport in Wavelets kann es nicht: er braucht eine Summe von Produkten, und dies ist ein einziges Produkt.</translation>
+  </message>
+  <message>
+   <source>%1 was taken by its held-out errors: RMS %2 and squared logarithm %3, where %4 had %5 and %6.</source>
+   <translation>%1 wurde nach seinen zurückgehaltenen Fehlern gewählt: RMS %2 und quadratischer Logarithmus %3; %4 hatte %5 und %6.</translation>
+  </message>
+  <message>
+   <source>a search cannot go on from factors of the method %1</source>
+   <translation>eine Suche kann nicht von Faktoren des Verfahrens %1 ausgehen</translation>
+  </message>
+  <message>
+   <source>these factors are of %1, and cannot go on as factors of %2</source>
+   <translation>diese Faktoren gehören zu %1 und lassen sich nicht als Faktoren von %2 fortsetzen</translation>
+  </message>
+  <message>
+   <source>between texels</source>
+   <translation>zwischen Texeln</translation>
+  </message>
+  <message>
+   <source>comparing %1 terms</source>
+   <translation>%1 Terme werden verglichen</translation>
+  </message>
+  <message>
+   <source>comparing norms</source>
+   <translation>Normen werden verglichen</translation>
+  </message>
+  <message>
+   <source>Factor the BRDF again with lightarc factor</source>
+   <translation>Die BRDF mit lightarc factor neu faktorisieren</translation>
+  </message>
+  <message>
+   <source>%1 does not describe factors</source>
+   <translation>%1 beschreibt keine Faktoren</translation>
+  </message>
+  <message>
+   <source>was written by a newer Lightarc (version %1)</source>
+   <translation>wurde von einem neueren Lightarc geschrieben (Version %1)</translation>
+  </message>
+  <message>
+   <source>%1 has a faulty %2 (%3)</source>
+   <translation>%1 hat ein fehlerhaftes %2 (%3)</translation>
+  </message>
+  <message>
+   <source>holds factors that cannot be: %1</source>
+   <translation>enthält ungültige Faktoren: %1</translation>
+  </message>
+  <message>
+   <source>is not an image of %1 × %2 texels of 32-bit floats</source>
+   <translation>ist kein Bild von %1 × %2 Texeln aus 32-Bit-Gleitkommazahlen</translation>
+  </message>
+  <message>
+   <source>holding out regions</source>
+   <translation>Bereiche werden zurückgehalten</translation>
+  </message>
+  <message>
+   <source>solving for all textures</source>
+   <translation>alle Texturen werden gelöst</translation>
+  </message>
+  <message>
+   <source>a BRDF that is 0 everywhere has no logarithm</source>
+   <translation>eine BRDF, die überall 0 ist, hat keinen Logarithmus</translation>
+  </message>
+  <message>
+   <source>homomorphic factors</source>
+   <translation>homomorphe Faktoren</translation>
+  </message>
+  <message>
+   <source>averaging rows of norm %1</source>
+   <translation>Zeilen der Norm %1 werden gemittelt</translation>
+  </message>
+  <message>
+   <source>a search goes on with the parametrisation and reciprocity that it started with</source>
+   <translation>eine Suche wird mit der Parametrisierung und Reziprozität fortgesetzt, mit der sie begann</translation>
+  </message>
+  <message>
+   <source>a search goes on with the size and epsilon that it started with, %1 and %2</source>
+   <translation>eine Suche wird mit der Größe und dem Epsilon fortgesetzt, mit denen sie begann, %1 und %2</translation>
+  </message>
+  <message>
+   <source>term %1 of %2</source>
+   <translation>Term %1 von %2</translation>
+  </message>
+  <message>
+   <source>term %1 of %2, %3 tried</source>
+   <translation>Term %1 von %2, %3 versucht</translation>
+  </message>
+  <message>
+   <source>at least one term is needed, not %1</source>
+   <translation>mindestens ein Term ist nötig, nicht %1</translation>
+  </message>
+  <message>
+   <source>over half and difference vectors no matrix is symmetric; take the method svd or power</source>
+   <translation>über Halb- und Differenzvektoren ist keine Matrix symmetrisch; das Verfahren Singulärwerte oder Potenzmethode wählen</translation>
+  </message>
+  <message>
+   <source>the matrix of this BRDF is not symmetric (asymmetry %1); take the method svd or power</source>
+   <translation>die Matrix dieser BRDF ist nicht symmetrisch (Asymmetrie %1); das Verfahren Singulärwerte oder Potenzmethode wählen</translation>
+  </message>
+  <message>
+   <source>finding terms in the %1 norm</source>
+   <translation>Terme in der %1-Norm werden gesucht</translation>
+  </message>
+  <message>
+   <source>separable factors</source>
+   <translation>separable Faktoren</translation>
+  </message>
+  <message>
+   <source>the sum of %1 terms is below 0 in places, which are drawn black: that adds %2 to the energy; no sum of the method nonnegative is</source>
+   <translation>die Summe von %1 Termen liegt stellenweise unter 0, was schwarz gezeichnet wird: das fügt der Energie %2 hinzu; keine Summe des nichtnegativen Verfahrens tut das</translation>
+  </message>
+  <message>
+   <source>Symmetric</source>
+   <translation>Symmetrisch</translation>
+  </message>
+  <message>
+   <source>Singular values</source>
+   <translation>Singulärwerte</translation>
+  </message>
+  <message>
+   <source>Power iteration</source>
+   <translation>Potenzmethode</translation>
+  </message>
+  <message>
+   <source>Non-negative</source>
+   <translation>Nichtnegativ</translation>
+  </message>
+  <message>
+   <source>One positive term</source>
+   <translation>Ein positiver Term</translation>
+  </message>
+  <message>
+   <source>Fixed (McCool)</source>
+   <translation>Fest (McCool)</translation>
+  </message>
+  <message>
+   <source>Search (Cole)</source>
+   <translation>Suche (Cole)</translation>
+  </message>
+  <message>
+   <source>auto: of a formula, symmetric if its matrix is symmetric, otherwise svd; of a measurement these or a search, whichever is better in held-out regions of directions; nonnegative: no pair of directions is negative, and dark values are nearer, for some more squared error</source>
+   <translation>auto: bei einer Formel symmetrisch, wenn ihre Matrix symmetrisch ist, sonst svd; bei einer Messung diese oder eine Suche, je nachdem, was in zurückgehaltenen Richtungsbereichen besser ist; nonnegative: kein Richtungspaar ist negativ, und dunkle Werte sind näher, bei etwas größerem quadratischem Fehler</translation>
+  </message>
+  <message>
+   <source>Light and view</source>
+   <translation>Licht und Blick</translation>
+  </message>
+  <message>
+   <source>Half and difference</source>
+   <translation>Halb und Differenz</translation>
+  </message>
+  <message>
+   <source>The better one</source>
+   <translation>Die bessere</translation>
+  </message>
+  <message>
+   <source>light and viewer, or half and difference vector (Kautz and McCool's, for direct light); auto: the better one (separable methods)</source>
+   <translation>Licht und Blick oder Halb- und Differenzvektor (der von Kautz und McCool, für direktes Licht); auto: die bessere (separable Verfahren)</translation>
+  </message>
+  <message>
+   <source>By directions</source>
+   <translation>Nach Richtungen</translation>
+  </message>
+  <message>
+   <source>Orthographic</source>
+   <translation>Orthographisch</translation>
+  </message>
+  <message>
+   <source>Polar</source>
+   <translation>Polar</translation>
+  </message>
+  <message>
+   <source>Parabolic</source>
+   <translation>Parabolisch</translation>
+  </message>
+  <message>
+   <source>The best one</source>
+   <translation>Die beste</translation>
+  </message>
+  <message>
+   <source>hemisphere map of separable textures (orthographic; half-diff: polar, highlight at the pole); auto: best</source>
+   <translation>Abbildung der Halbkugel für separable Texturen (orthographisch; half-diff: polar, Glanzlicht am Pol); auto: die beste</translation>
+  </message>
+  <message>
+   <source>norm of the separable methods; auto: the one with the lower cosine-weighted error</source>
+   <translation>Norm der separablen Verfahren; auto: die mit dem kleineren kosinusgewichteten Fehler</translation>
+  </message>
+  <message>
+   <source>texels along a side of each map</source>
+   <translation>Texel je Kante jeder Karte</translation>
+  </message>
+  <message>
+   <source>most products of two maps</source>
+   <translation>Höchstzahl der Produkte zweier Karten</translation>
+  </message>
+  <message>
+   <source>most texels along a side of a texture</source>
+   <translation>Höchstzahl der Texel je Kante einer Textur</translation>
+  </message>
+  <message>
+   <source>most textures</source>
+   <translation>Höchstzahl der Texturen</translation>
+  </message>
+  <message>
+   <source>enforce reciprocity exactly (homomorphic and search)</source>
+   <translation>Reziprozität exakt erzwingen (homomorph und Suche)</translation>
+  </message>
+  <message>
+   <source>random starts of the search for each texture</source>
+   <translation>zufällige Starts der Suche je Textur</translation>
+  </message>
+  <message>
+   <source>textures solved for each projection tried</source>
+   <translation>gelöste Texturen je versuchter Projektion</translation>
+  </message>
+  <message>
+   <source>pairs of directions at which models are sampled</source>
+   <translation>Richtungspaare, an denen Modelle abgetastet werden</translation>
+  </message>
+  <message>
+   <source>largest angle of these pairs from the normal, for models only</source>
+   <translation>größter Winkel dieser Paare zur Normalen, nur für Modelle</translation>
+  </message>
+  <message>
+   <source>added before the logarithm, relative to the mean</source>
+   <translation>vor dem Logarithmus addiert, im Verhältnis zum Mittel</translation>
+  </message>
+  <message>
+   <source>error by which the search chooses projections: logarithms count dark and bright alike, and the cosine-weighted RMS, which bright values dominate, can rise with them; sq weighs bright values most</source>
+   <translation>Fehler, nach dem die Suche Projektionen wählt: Logarithmen zählen dunkel und hell gleich; der kosinusgewichtete RMS, den helle Werte bestimmen, kann dabei steigen; sq gewichtet helle Werte am stärksten</translation>
+  </message>
+  <message>
+   <source>Ours</source>
+   <translation>Eigene</translation>
+  </message>
+  <message>
+   <source>As in the thesis</source>
+   <translation>Wie in der Dissertation</translation>
+  </message>
+  <message>
+   <source>default: terms, smoothness and size that are best on held-out regions; thesis: Cole's search</source>
+   <translation>default: Terme, Glättung und Größe, die in zurückgehaltenen Bereichen am besten sind; thesis: Coles Suche</translation>
+  </message>
+  <message>
+   <source>seed of samples and starts: equal seeds give equal factors</source>
+   <translation>Startwert der Abtastungen und Starts: gleiche Startwerte ergeben gleiche Faktoren</translation>
+  </message>
+  <message>
+   <source>Over half and difference vectors no matrix is symmetric: take singular values, or light and view</source>
+   <translation>Über Halb- und Differenzvektoren ist keine Matrix symmetrisch: Singulärwerte oder Licht und Blick nehmen</translation>
+  </message>
+  <message>
+   <source>Choose one of the two parametrisations: this method does not try both</source>
+   <translation>Eine der beiden Parametrisierungen wählen: dieses Verfahren versucht nicht beide</translation>
+  </message>
+  <message>
+   <source>%1 texels have no sample; smoothing above 0 fills them</source>
+   <translation>%1 Texel haben keine Abtastung; eine Glättung über 0 füllt sie</translation>
+  </message>
+  <message>
+   <source>, most of those with light or viewer beyond %1°</source>
+   <translation>, die meisten davon mit Licht oder Blick jenseits von %1°</translation>
+  </message>
+  <message>
+   <source>Nothing was measured within %1° of %2 of all pairs of directions%3: there the factors are a guess, and no error is known.</source>
+   <translation>Bei %2 aller Richtungspaare%3 wurde innerhalb von %1° nichts gemessen: dort sind die Faktoren geraten, und kein Fehler ist bekannt.</translation>
+  </message>
+  <message>
+   <source>choosing the smoothness</source>
+   <translation>Glättung wird gewählt</translation>
+  </message>
+  <message>
+   <source>%1 must lie in [%2, %3], not %4</source>
+   <translation>%1 muss in [%2, %3] liegen, nicht %4</translation>
+  </message>
+  <message>
+   <source>the lower size must be 0 or lie in [%1, %2], not %3</source>
+   <translation>die untere Größe muss 0 sein oder in [%1, %2] liegen, nicht %3</translation>
+  </message>
+  <message>
+   <source>the smoothing must not be negative, but is %1</source>
+   <translation>die Glättung darf nicht negativ sein, ist aber %1</translation>
+  </message>
+  <message>
+   <source>the share that is held out must lie in [0, 1), not %1</source>
+   <translation>der zurückgehaltene Anteil muss in [0, 1) liegen, nicht %1</translation>
+  </message>
+  <message>
+   <source>without restarts, guesses and fixed projections there is nothing to try</source>
+   <translation>ohne Neustarts, Startwerte und feste Projektionen gibt es nichts zu versuchen</translation>
+  </message>
+  <message>
+   <source>%1: fixed projections</source>
+   <translation>%1: feste Projektionen</translation>
+  </message>
+  <message>
+   <source>%1: done</source>
+   <translation>%1: fertig</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine/shading</name>
+  <message>
+   <source>comparing representations</source>
+   <translation>Darstellungen werden verglichen</translation>
+  </message>
+  <message>
+   <source>Compiling (first use only)</source>
+   <translation>Wird übersetzt (nur beim ersten Mal)</translation>
+  </message>
+  <message>
+   <source>comparing photographs</source>
+   <translation>Fotos werden verglichen</translation>
+  </message>
+  <message>
+   <source>leaving photographs out</source>
+   <translation>Fotos werden zurückgehalten</translation>
+  </message>
+  <message>
+   <source>writing planes</source>
+   <translation>Ebenen werden geschrieben</translation>
+  </message>
+  <message>
+   <source>brightness alone</source>
+   <translation>nur Helligkeit</translation>
+  </message>
+  <message>
+   <source>held-out photographs: error %1 8-bit levels, of their mean image %2</source>
+   <translation>zurückgehaltene Fotos: Fehler %1 8-Bit-Stufen, ihres mittleren Bildes %2</translation>
+  </message>
+  <message>
+   <source>%1: %2 does not tell these photographs apart</source>
+   <translation>%1: %2 unterscheidet diese Fotos nicht</translation>
+  </message>
+  <message>
+   <source>comparing with the photographs</source>
+   <translation>Fotos werden verglichen</translation>
+  </message>
+  <message>
+   <source>%1 of the tiles keep their slices; a power law describes this material badly</source>
+   <translation>%1 der Kacheln behalten ihre Schichten; ein Potenzgesetz beschreibt dieses Material schlecht</translation>
+  </message>
+  <message>
+   <source>preparing the fit</source>
+   <translation>Anpassung wird vorbereitet</translation>
+  </message>
+  <message>
+   <source>fitting the power law</source>
+   <translation>Potenzgesetz wird angepasst</translation>
+  </message>
+  <message>
+   <source>%1 of texels and channels</source>
+   <translation>%1 der Texel und Kanäle</translation>
+  </message>
+  <message>
+   <source>%1 do not brighten with the light; the error map shows them</source>
+   <translation>%1 werden mit dem Licht nicht heller; die Fehlerkarte zeigt sie</translation>
+  </message>
+  <message>
+   <source>%1 are black in every slice</source>
+   <translation>%1 sind in jeder Schicht schwarz</translation>
+  </message>
+  <message>
+   <source>the direction of the light</source>
+   <translation>die Richtung des Lichts</translation>
+  </message>
+  <message>
+   <source>the shading map</source>
+   <translation>die Schattierungskarte</translation>
+  </message>
+  <message>
+   <source>a directional map</source>
+   <translation>eine Richtungskarte</translation>
+  </message>
+  <message>
+   <source>%1 has a held-out error of %2 8-bit levels</source>
+   <translation>%1 hat einen zurückgehaltenen Fehler von %2 8-Bit-Stufen</translation>
+  </message>
+  <message>
+   <source>their mean image %1</source>
+   <translation>ihr mittleres Bild %1</translation>
+  </message>
+  <message>
+   <source>, because the lights come from several azimuths</source>
+   <translation>, weil die Lichter aus mehreren Azimuten kommen</translation>
+  </message>
+  <message>
+   <source>Let it choose the representation, import one arc of it (import --arc)</source>
+   <translation>Die Darstellung wählen lassen, oder einen Bogen davon importieren (import --arc)</translation>
+  </message>
+  <message>
+   <source>, because their lights do not explain them</source>
+   <translation>, weil ihre Lichter sie nicht erklären</translation>
+  </message>
+  <message>
+   <source>Check the light list and the alignment</source>
+   <translation>Lichterliste und Ausrichtung prüfen</translation>
+  </message>
+  <message>
+   <source>%1, leave out the others with --exclude, or write it all the same with --force</source>
+   <translation>%1, die anderen mit --exclude auslassen oder trotzdem mit --force schreiben</translation>
+  </message>
+  <message>
+   <source>its lamps have no azimuth</source>
+   <translation>seine Lampen haben keinen Azimut</translation>
+  </message>
+  <message>
+   <source>Import it with a light list (.lp) or a capture.toml</source>
+   <translation>Mit einer Lichtliste (.lp) oder einer capture.toml importieren</translation>
+  </message>
+  <message>
+   <source>%1 photographs are too few to leave one out</source>
+   <translation>%1 Fotos sind zu wenige, um eines zurückzuhalten</translation>
+  </message>
+  <message>
+   <source>Use %1 or more</source>
+   <translation>Mindestens %1 verwenden</translation>
+  </message>
+  <message>
+   <source>is predicted from the others %1 times worse than is usual for a lamp there: it may have moved, or have another lamp or exposure than is stated. Look at it, and leave it out if that is so</source>
+   <translation>wird aus den anderen %1-mal schlechter vorhergesagt, als für eine Lampe dort üblich ist: es kann sich bewegt haben oder eine andere Lampe oder Belichtung haben als angegeben. Ansehen und gegebenenfalls ausschließen</translation>
+  </message>
+  <message>
+   <source>a shading map needs at least 2 slices, not %1</source>
+   <translation>eine Schattierungskarte braucht mindestens 2 Schichten, nicht %1</translation>
+  </message>
+  <message>
+   <source>its mean radiance is not finite</source>
+   <translation>seine mittlere Strahldichte ist nicht endlich</translation>
+  </message>
+  <message>
+   <source>no light: every photograph is black</source>
+   <translation>kein Licht: jedes Foto ist schwarz</translation>
+  </message>
+  <message>
+   <source>Check the exposure and the dark frame</source>
+   <translation>Belichtung und Dunkelbild prüfen</translation>
+  </message>
+  <message>
+   <source>preparing to linearise</source>
+   <translation>Linearisierung wird vorbereitet</translation>
+  </message>
+  <message>
+   <source>its mean radiances do not belong to its pixels</source>
+   <translation>seine mittleren Strahldichten gehören nicht zu seinen Pixeln</translation>
+  </message>
+  <message>
+   <source>the stack holds no photograph called %1</source>
+   <translation>der Stapel enthält kein Foto namens %1</translation>
+  </message>
+  <message>
+   <source>every photograph is excluded</source>
+   <translation>jedes Foto ist ausgeschlossen</translation>
+  </message>
+  <message>
+   <source>Include some of them</source>
+   <translation>Einige davon einschließen</translation>
+  </message>
+  <message>
+   <source>darker on average (%1) than the photograph at the light's elevation before it (%2); sorted by mean radiance</source>
+   <translation>im Mittel dunkler (%1) als das Foto bei der Lichtelevation davor (%2); nach mittlerer Strahldichte sortiert</translation>
+  </message>
+  <message>
+   <source>black on average; not used</source>
+   <translation>im Mittel schwarz; nicht verwendet</translation>
+  </message>
+  <message>
+   <source>excluded; not used</source>
+   <translation>ausgeschlossen; nicht verwendet</translation>
+  </message>
+  <message>
+   <source>one photograph: every slice is a darker copy of it</source>
+   <translation>ein Foto: jede Schicht ist eine dunklere Kopie davon</translation>
+  </message>
+  <message>
+   <source>photographs of equal mean radiance were averaged</source>
+   <translation>Fotos gleicher mittlerer Strahldichte wurden gemittelt</translation>
+  </message>
+  <message>
+   <source>slice 0 is black by definition; the darkest photograph has a mean radiance of %1</source>
+   <translation>Schicht 0 ist definitionsgemäß schwarz; das dunkelste Foto hat eine mittlere Strahldichte von %1</translation>
+  </message>
+  <message>
+   <source>%1, %2 slices between them are darkened copies of it</source>
+   <translation>%1, %2 Schichten dazwischen sind abgedunkelte Kopien davon</translation>
+  </message>
+  <message>
+   <source>has no arc of lamps: nowhere are there three elevations within 10° of one azimuth</source>
+   <translation>hat keinen Bogen von Lampen: nirgends gibt es drei Elevationen innerhalb von 10° eines Azimuts</translation>
+  </message>
+  <message>
+   <source>Use all lamps, or import more photographs</source>
+   <translation>Alle Lampen verwenden oder mehr Fotos importieren</translation>
+  </message>
+  <message>
+   <source>has fewer than two lamps at the azimuth %1° ± %2°</source>
+   <translation>hat weniger als zwei Lampen beim Azimut %1° ± %2°</translation>
+  </message>
+  <message>
+   <source>Widen the tolerance, or choose another azimuth</source>
+   <translation>Die Toleranz erhöhen oder einen anderen Azimut wählen</translation>
+  </message>
+  <message>
+   <source>finding where the material repeats</source>
+   <translation>Wiederholung des Materials wird gesucht</translation>
+  </message>
+  <message>
+   <source>a sample of %1 x %2 texels is too small to be made tileable</source>
+   <translation>eine Probe von %1 x %2 Texeln ist zu klein, um kachelbar zu werden</translation>
+  </message>
+  <message>
+   <source>an overlap of %1 texels does not fit a sample of %2 x %3</source>
+   <translation>eine Überlappung von %1 Texeln passt nicht zu einer Probe von %2 x %3</translation>
+  </message>
+  <message>
+   <source>Choose a smaller overlap or a larger crop</source>
+   <translation>Eine kleinere Überlappung oder einen größeren Ausschnitt wählen</translation>
+  </message>
+  <message>
+   <source>the material</source>
+   <translation>das Material</translation>
+  </message>
+  <message>
+   <source>lighting the planes</source>
+   <translation>Ebenen werden beleuchtet</translation>
+  </message>
+  <message>
+   <source>tileable: %1 x %2 texels of the sample's %3 x %4</source>
+   <translation>kachelbar: %1 x %2 der %3 x %4 Texel der Probe</translation>
+  </message>
+  <message>
+   <source>steps across the seams are %1 times those of the sample; they can be seen</source>
+   <translation>Stufen an den Nähten sind %1-mal die der Probe; sie sind sichtbar</translation>
+  </message>
+  <message>
+   <source>copying the tile</source>
+   <translation>Kachel wird kopiert</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine/surface</name>
+  <message>
+   <source>looking for depth edges</source>
+   <translation>Tiefensprünge werden gesucht</translation>
+  </message>
+  <message>
+   <source>solving for the height</source>
+   <translation>Höhe wird berechnet</translation>
+  </message>
+  <message>
+   <source>Finding what hides the sky</source>
+   <translation>Himmelsanteil wird bestimmt</translation>
+  </message>
+  <message>
+   <source>does not know the azimuth of its lamps, so it is not known in which direction slopes lie</source>
+   <translation>kennt den Azimut seiner Lampen nicht, also ist unbekannt, in welcher Richtung Steigungen liegen</translation>
+  </message>
+  <message>
+   <source>Import it with a light list (.lp), with azimuth_deg in a capture.toml, or with --estimate-lights</source>
+   <translation>Mit einer Lichtliste (.lp), mit azimuth_deg in einer capture.toml oder mit geschätzten Lichtern importieren</translation>
+  </message>
+  <message>
+   <source>1 direction</source>
+   <translation>1 Richtung</translation>
+  </message>
+  <message>
+   <source>%1 directions</source>
+   <translation>%1 Richtungen</translation>
+  </message>
+  <message>
+   <source>is lit from %1, which do not tell a slope from a colour</source>
+   <translation>ist aus %1 beleuchtet, die eine Steigung nicht von einer Farbe trennen</translation>
+  </message>
+  <message>
+   <source>Photograph it under lamps in three directions or more, from several sides</source>
+   <translation>Unter Lampen in mindestens drei Richtungen von mehreren Seiten fotografieren</translation>
+  </message>
+  <message>
+   <source>base colours are kept in %1; none lies beyond Rec.709</source>
+   <translation>Grundfarben werden in %1 gehalten; keine liegt außerhalb von Rec.709</translation>
+  </message>
+  <message>
+   <source>%1 of them lie beyond Rec.709 and are clipped by up to %2 of white</source>
+   <translation>%1 davon liegen außerhalb von Rec.709 und werden um bis zu %2 von Weiß beschnitten</translation>
+  </message>
+  <message>
+   <source>base colours are kept in %1; %2 in images and in exports that hold Rec.709 alone</source>
+   <translation>Grundfarben werden in %1 gehalten; %2 in Bildern und in Exporten, die nur Rec.709 enthalten</translation>
+  </message>
+  <message>
+   <source>estimating errors of the rig</source>
+   <translation>Fehler des Aufbaus werden geschätzt</translation>
+  </message>
+  <message>
+   <source>Outlines within %1 of the surface are not closed: its heights are as uncertain as they differ</source>
+   <translation>Umrisse innerhalb von %1 der Oberfläche sind nicht geschlossen: ihre Höhen sind so unsicher, wie sie voneinander abweichen</translation>
+  </message>
+  <message>
+   <source>the lamps stand on one arc: only the slope along %1° is observed, across it the surface is </source>
+   <translation>die Lampen stehen auf einem Bogen: nur die Steigung längs %1° ist sichtbar, quer dazu ist die Oberfläche </translation>
+  </message>
+  <message>
+   <source>shown as flat, and there is no height</source>
+   <translation>flach gezeigt, und es gibt keine Höhe</translation>
+  </message>
+  <message>
+   <source>depth edges divide the surface into %1 regions, the largest with %2 of it: </source>
+   <translation>Tiefenkanten teilen die Oberfläche in %1 Bereiche, der größte mit %2 davon: </translation>
+  </message>
+  <message>
+   <source>%1the height steps between them by amounts that are unknown</source>
+   <translation>%1die Höhenstufen dazwischen um unbekannte Beträge</translation>
+  </message>
+  <message>
+   <source>%1 of the image is background, of which nothing is said</source>
+   <translation>%1 des Bildes ist Hintergrund, über den nichts ausgesagt wird</translation>
+  </message>
+  <message>
+   <source>%1 photographs do not tell highlights: roughness and reflectance are those of plastic</source>
+   <translation>%1 Fotos bestimmen keine Glanzlichter: Rauheit und Reflexionsgrad sind die von Kunststoff</translation>
+  </message>
+  <message>
+   <source>a white card that faces a lamp is taken to be %1 times as bright as the white level</source>
+   <translation>eine weiße Karte, die einer Lampe zugewandt ist, gilt als %1-mal so hell wie der Weißpegel</translation>
+  </message>
+  <message>
+   <source>%1, because texels are brighter than a card at that level</source>
+   <translation>%1, weil Texel heller sind als eine weiße Fläche bei diesem Pegel</translation>
+  </message>
+  <message>
+   <source>held-out error is %1 8-bit levels, not at least 20 % lower than the %2 of the mean image</source>
+   <translation>der zurückgehaltene Fehler beträgt %1 8-Bit-Stufen und liegt nicht mindestens 20 % unter den %2 des mittleren Bildes</translation>
+  </message>
+  <message>
+   <source>%1: shadows, or lamps that are placed wrongly</source>
+   <translation>%1: Schatten oder falsch angegebene Lampen</translation>
+  </message>
+  <message>
+   <source>half of the normals are uncertain by more than %1° (1 sigma): the photographs do not fit the model</source>
+   <translation>die Hälfte der Normalen ist um mehr als %1° unsicher (1 Sigma): die Fotos passen nicht zum Modell</translation>
+  </message>
+  <message>
+   <source>%1 of a lit surface, or lamps are placed wrongly</source>
+   <translation>%1 einer beleuchteten Fläche, oder Lampen sind falsch angegeben</translation>
+  </message>
+  <message>
+   <source>looking for texels that are alike</source>
+   <translation>ähnliche Texel werden gesucht</translation>
+  </message>
+  <message>
+   <source>fitting a sample of texels</source>
+   <translation>eine Stichprobe der Texel wird angepasst</translation>
+  </message>
+  <message>
+   <source>leaving neighbouring lamps out</source>
+   <translation>benachbarte Lampen werden zurückgehalten</translation>
+  </message>
+  <message>
+   <source>finding slopes and reflectance</source>
+   <translation>Steigungen und Reflexion werden bestimmt</translation>
+  </message>
+  <message>
+   <source>The lights were estimated from the photographs alone: normals may err alike by %1° (1 sigma)</source>
+   <translation>Die Lichter wurden allein aus den Fotos geschätzt: Normalen können gemeinsam um %1° abweichen (1 Sigma)</translation>
+  </message>
+  <message>
+   <source>The samples of the photographs seem to be %1: import again with --transfer %2</source>
+   <translation>Die Abtastwerte der Fotos scheinen %1 zu sein: mit --transfer %2 neu importieren</translation>
+  </message>
+  <message>
+   <source>The lights were estimated as distant, equally bright lamps in a dark room, which the photographs contradict (%1). Estimated lights cannot be calibrated: import again with a list of lights or a mirror sphere</source>
+   <translation>Die Lichter wurden als ferne, gleich helle Lampen in einem dunklen Raum geschätzt, dem die Fotos widersprechen (%1). Geschätzte Lichter lassen sich nicht kalibrieren: mit einer Lichterliste oder einer Spiegelkugel neu importieren</translation>
+  </message>
+  <message>
+   <source>Import again with --calibrate auto</source>
+   <translation>Mit --calibrate auto neu importieren</translation>
+  </message>
+  <message>
+   <source>Not corrected for: %1. %2</source>
+   <translation>Nicht korrigiert: %1. %2</translation>
+  </message>
+  <message>
+   <source>writing %1</source>
+   <translation>%1 wird geschrieben</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine/scene</name>
+  <message>
+   <source>the %1 of a material is one line of at most %2 characters</source>
+   <translation>%1 eines Materials: eine Zeile mit höchstens %2 Zeichen</translation>
+  </message>
+  <message>
+   <source>lights that stand for the environment</source>
+   <translation>Lichter, die die Umgebung darstellen</translation>
+  </message>
+  <message>
+   <source>The photographs of the material under every light, without shadows</source>
+   <translation>Die Fotos des Materials unter jedem Licht, ohne Schatten</translation>
+  </message>
+  <message>
+   <source>Mat.</source>
+   <translation>Mat.</translation>
+  </message>
+  <message>
+   <source>whether two numbers for each texel take the place of the slices</source>
+   <translation>ob zwei Zahlen je Texel an die Stelle der Schichten treten</translation>
+  </message>
+  <message>
+   <source>Direct</source>
+   <translation>Direkt</translation>
+  </message>
+  <message>
+   <source>The BRDF alone under every light, with the shadows of all lights</source>
+   <translation>Nur die BRDF unter jedem Licht, mit den Schatten aller Lichter</translation>
+  </message>
+  <message>
+   <source>Path tracing with shadows; its noise falls with time</source>
+   <translation>Pfadverfolgung mit Schatten; ihr Rauschen nimmt mit der Zeit ab</translation>
+  </message>
+  <message>
+   <source>Ref.</source>
+   <translation>Ref.</translation>
+  </message>
+  <message>
+   <source>paths for each pixel</source>
+   <translation>Pfade je Pixel</translation>
+  </message>
+  <message>
+   <source>unknown source %1, lookup %2 or above %3</source>
+   <translation>unbekannte Quelle %1, Abtastung %2 oder oberhalb %3</translation>
+  </message>
+  <message>
+   <source>an irradiance of %1 is outside 0 … %2</source>
+   <translation>eine Bestrahlungsstärke von %1 liegt nicht zwischen 0 und %2</translation>
+  </message>
+  <message>
+   <source>unknown tiling mode %1; choose from %2</source>
+   <translation>unbekannter Kachelmodus %1; möglich: %2</translation>
+  </message>
+  <message>
+   <source>%1 repeats are not a positive number</source>
+   <translation>%1 Wiederholungen sind keine positive Zahl</translation>
+  </message>
+  <message>
+   <source>a rotation of %1 or %2 directions (1 … %3) is not possible</source>
+   <translation>eine Drehung von %1 oder %2 Richtungen (1 … %3) ist nicht möglich</translation>
+  </message>
+  <message>
+   <source>a scene has at most %1 lamps, not %2</source>
+   <translation>eine Szene hat höchstens %1 Lichter, nicht %2</translation>
+  </message>
+  <message>
+   <source>Angle of the light around the vertical.</source>
+   <translation>Winkel des Lichts um die Senkrechte.</translation>
+  </message>
+  <message>
+   <source>Irradiance of the light, or the factor on the environment.</source>
+   <translation>Bestrahlungsstärke des Lichts oder Faktor auf die Umgebung.</translation>
+  </message>
+  <message>
+   <source>Rotation of the environment about +Y.</source>
+   <translation>Drehung der Umgebung um +Y.</translation>
+  </message>
+  <message>
+   <source>Repetitions of the material over one unit of texture coordinates.</source>
+   <translation>Wiederholungen des Materials über eine Einheit der Texturkoordinaten.</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine/transport</name>
+  <message>
+   <source>one reflectance</source>
+   <translation>ein Reflexionsverhalten</translation>
+  </message>
+  <message>
+   <source>%1 reflectances, of which the first has the rest</source>
+   <translation>%1 Reflexionsverhalten, von denen das erste den Rest hat</translation>
+  </message>
+  <message>
+   <source>%1 weights do not fit %2</source>
+   <translation>%1 Gewichte passen nicht zu %2</translation>
+  </message>
+  <message>
+   <source>%1 is not of the form BRDF:SOURCE, say ggx:alpha=0.1:y or phong:mask.png</source>
+   <translation>%1 hat nicht die Form BRDF:SOURCE, etwa ggx:alpha=0.1:y oder phong:mask.png</translation>
+  </message>
+  <message>
+   <source>factors over different maps cannot be mixed; give their reflectances, or equal maps</source>
+   <translation>Faktoren über verschiedenen Karten lassen sich nicht mischen; gleiche Karten verwenden</translation>
+  </message>
+  <message>
+   <source>a lamp</source>
+   <translation>ein Licht</translation>
+  </message>
+  <message>
+   <source>too bright</source>
+   <translation>zu hell</translation>
+  </message>
+  <message>
+   <source>too dark</source>
+   <translation>zu dunkel</translation>
+  </message>
+  <message>
+   <source>%1 of its pixels below a tenth of the reference</source>
+   <translation>%1 seiner Pixel unter einem Zehntel der Referenz</translation>
+  </message>
+  <message>
+   <source>this bake was not compared with the reference</source>
+   <translation>diese Vorberechnung wurde nicht mit der Referenz verglichen</translation>
+  </message>
+  <message>
+   <source>%1 under %2</source>
+   <translation>%1 unter %2</translation>
+  </message>
+  <message>
+   <source>error of %1 small views against the reference: %2</source>
+   <translation>Fehler von %1 kleinen Ansichten gegenüber der Referenz: %2</translation>
+  </message>
+  <message>
+   <source>under %1 %2</source>
+   <translation>unter %1 %2</translation>
+  </message>
+  <message>
+   <source>in the mode %1 this bake differs from the reference: %2%3</source>
+   <translation>im Modus %1 weicht diese Vorberechnung von der Referenz ab: %2%3</translation>
+  </message>
+  <message>
+   <source>under this light</source>
+   <translation>unter diesem Licht</translation>
+  </message>
+  <message>
+   <source>under %1</source>
+   <translation>unter %1</translation>
+  </message>
+  <message>
+   <source>, the nearest light that was checked,</source>
+   <translation>, dem nächsten geprüften Licht,</translation>
+  </message>
+  <message>
+   <source>in the mode %1 this bake differs from the reference: %2 %3%4</source>
+   <translation>im Modus %1 weicht diese Vorberechnung von der Referenz ab: %2 %3%4</translation>
+  </message>
+  <message>
+   <source>; the mode %1 passes %2</source>
+   <translation>; der Modus %1 übersteht %2</translation>
+  </message>
+  <message>
+   <source>is damaged: the checksum of its check does not fit</source>
+   <translation>ist beschädigt: die Prüfsumme seiner Prüfung stimmt nicht</translation>
+  </message>
+  <message>
+   <source>its check</source>
+   <translation>seine Prüfung</translation>
+  </message>
+  <message>
+   <source>holds a check with impossible values</source>
+   <translation>enthält eine Prüfung mit unmöglichen Werten</translation>
+  </message>
+  <message>
+   <source>baking %1 vertices</source>
+   <translation>%1 Eckpunkte werden vorberechnet</translation>
+  </message>
+  <message>
+   <source>baking vertex %1 of %2, %3</source>
+   <translation>Eckpunkt %1 von %2 wird vorberechnet, %3</translation>
+  </message>
+  <message>
+   <source>Baking</source>
+   <translation>Vorberechnung</translation>
+  </message>
+  <message>
+   <source>Install Lightarc %1 where the scheduler and the workers run and start again; the bake goes on where it stopped</source>
+   <translation>Lightarc %1 installieren, wo Scheduler und Worker laufen, und neu starten; die Vorberechnung geht weiter, wo sie anhielt</translation>
+  </message>
+  <message>
+   <source>brushing %1</source>
+   <translation>Bürstung %1</translation>
+  </message>
+  <message>
+   <source>was baked for another mesh (%1)</source>
+   <translation>wurde für ein anderes Netz vorberechnet (%1)</translation>
+  </message>
+  <message>
+   <source>Bake this mesh</source>
+   <translation>Dieses Netz vorberechnen</translation>
+  </message>
+  <message>
+   <source>holds a mesh that cannot be (%1)</source>
+   <translation>enthält ein unmögliches Netz (%1)</translation>
+  </message>
+  <message>
+   <source>holds transport of the mode %1</source>
+   <translation>enthält Transport des Modus %1</translation>
+  </message>
+  <message>
+   <source>Bake with --mode %1</source>
+   <translation>Mit --mode %1 vorberechnen</translation>
+  </message>
+  <message>
+   <source>holds transport that cannot be (%1)</source>
+   <translation>enthält unmöglichen Transport (%1)</translation>
+  </message>
+  <message>
+   <source>Bake the mesh again</source>
+   <translation>Das Netz neu vorberechnen</translation>
+  </message>
+  <message>
+   <source>is not a transport file</source>
+   <translation>ist keine Transportdatei</translation>
+  </message>
+  <message>
+   <source>Give one that lightarc bake made</source>
+   <translation>Eine von lightarc bake erzeugte angeben</translation>
+  </message>
+  <message>
+   <source>Give a transport file that lightarc bake made</source>
+   <translation>Eine von lightarc bake erzeugte Transportdatei angeben</translation>
+  </message>
+  <message>
+   <source>Check the name</source>
+   <translation>Den Namen prüfen</translation>
+  </message>
+  <message>
+   <source>is damaged: the checksum of its header does not fit</source>
+   <translation>ist beschädigt: die Prüfsumme seines Kopfs stimmt nicht</translation>
+  </message>
+  <message>
+   <source>its header</source>
+   <translation>sein Kopf</translation>
+  </message>
+  <message>
+   <source>has a header with a faulty %1 (%2)</source>
+   <translation>hat einen Kopf mit fehlerhaftem %1 (%2)</translation>
+  </message>
+  <message>
+   <source>has a header that puts %1 where something else is</source>
+   <translation>hat einen Kopf, der %1 dorthin setzt, wo etwas anderes ist</translation>
+  </message>
+  <message>
+   <source>has a header whose arrays do not fit its size</source>
+   <translation>hat einen Kopf, dessen Felder nicht zu seiner Größe passen</translation>
+  </message>
+  <message>
+   <source>is damaged: the checksum of %1 does not fit</source>
+   <translation>ist beschädigt: die Prüfsumme von %1 stimmt nicht</translation>
+  </message>
+  <message>
+   <source>is damaged or was never finished: the table of its chunks does not fit</source>
+   <translation>ist beschädigt oder wurde nie fertig: die Tabelle seiner Blöcke stimmt nicht</translation>
+  </message>
+  <message>
+   <source>has bounds of chunks that cannot be</source>
+   <translation>hat unmögliche Grenzen von Blöcken</translation>
+  </message>
+  <message>
+   <source>has arrays with another number of rows than chunks</source>
+   <translation>hat Felder mit einer anderen Zahl von Zeilen als Blöcken</translation>
+  </message>
+  <message>
+   <source>is damaged: the checksum of chunk %1 does not fit</source>
+   <translation>ist beschädigt: die Prüfsumme von Block %1 stimmt nicht</translation>
+  </message>
+  <message>
+   <source>visibility of vertex %1 of %2</source>
+   <translation>Sichtbarkeit von Eckpunkt %1 von %2</translation>
+  </message>
+  <message>
+   <source>an occluder of %1 cells a side is outside %2 … %3</source>
+   <translation>ein Verdecker mit %1 Zellen je Kante liegt außerhalb von %2 … %3</translation>
+  </message>
+  <message>
+   <source>declares %1 bytes in %2, more than it can hold</source>
+   <translation>gibt %1 Bytes in %2 an, mehr, als es enthalten kann</translation>
+  </message>
+  <message>
+   <source>is damaged or cut short: the table of its blocks does not fit</source>
+   <translation>ist beschädigt oder abgeschnitten: die Tabelle seiner Blöcke stimmt nicht</translation>
+  </message>
+  <message>
+   <source>is damaged: its blocks do not fit its size</source>
+   <translation>ist beschädigt: seine Blöcke passen nicht zu seiner Größe</translation>
+  </message>
+  <message>
+   <source>is damaged: the checksum of a block of %1 does not fit</source>
+   <translation>ist beschädigt: die Prüfsumme eines Blocks von %1 stimmt nicht</translation>
+  </message>
+  <message>
+   <source>is damaged: a block of %1 cannot be unpacked (%2)</source>
+   <translation>ist beschädigt: ein Block von %1 lässt sich nicht entpacken (%2)</translation>
+  </message>
+  <message>
+   <source>the model has %1 parts with %2 different BRDFs; at most %3 parts with %4 are baked: give one --material FILE#NAME or --brdf for all</source>
+   <translation>das Modell hat %1 Teile mit %2 verschiedenen BRDFs; vorberechnet werden höchstens %3 Teile mit %4: ein --material FILE#NAME oder --brdf für alle angeben</translation>
+  </message>
+  <message>
+   <source>the parts of the model in %1 have BRDFs of their own; bake the model with another</source>
+   <translation>die Teile des Modells in %1 haben eigene BRDFs; das Modell mit einer anderen vorberechnen</translation>
+  </message>
+  <message>
+   <source>coefficients in the file are rounded, by %1 RMS</source>
+   <translation>Koeffizienten in der Datei sind gerundet, um %1 RMS</translation>
+  </message>
+  <message>
+   <source>; %1 %2 in the mean</source>
+   <translation>; %1 %2 im Mittel</translation>
+  </message>
+  <message>
+   <source>error under %1: %2 of the radiance (RMS, %3 pairs of vertex and view)%4</source>
+   <translation>Fehler unter %1: %2 der Strahldichte (RMS, %3 Paare von Eckpunkt und Blick)%4</translation>
+  </message>
+  <message>
+   <source>As planned</source>
+   <translation>Wie geplant</translation>
+  </message>
+  <message>
+   <source>With</source>
+   <translation>Mit</translation>
+  </message>
+  <message>
+   <source>N × N rays for each texel of the cube map at the edges of shadows</source>
+   <translation>N × N Strahlen je Texel der Würfelkarte an Schattenkanten</translation>
+  </message>
+  <message>
+   <source>edge of the cube map that visibility is counted over (32, above order 8 64)</source>
+   <translation>Kante der Würfelkarte, über der Sichtbarkeit gezählt wird (32, über Ordnung 8 64)</translation>
+  </message>
+  <message>
+   <source>bands of the spherical harmonics: more of them keep sharper light and highlights</source>
+   <translation>Bänder der Kugelfunktionen: mehr behalten schärferes Licht und schärfere Glanzlichter</translation>
+  </message>
+  <message>
+   <source>include interreflection between parts of the model</source>
+   <translation>Wechselreflexion zwischen Teilen des Modells einschließen</translation>
+  </message>
+  <message>
+   <source>Hanning</source>
+   <translation>Hanning</translation>
+  </message>
+  <message>
+   <source>Lanczos</source>
+   <translation>Lanczos</translation>
+  </message>
+  <message>
+   <source>damp high bands against ringing, at the price of blurred light</source>
+   <translation>hohe Bänder gegen Überschwinger dämpfen, auf Kosten unschärferen Lichts</translation>
+  </message>
+  <message>
+   <source>points along the longest side of the grid at which light of near lamps is found; between them it is interpolated (as many as keep the error below 1 %%)</source>
+   <translation>Punkte längs der längsten Seite des Gitters, an denen das Licht naher Lampen bestimmt wird; dazwischen wird interpoliert (so viele, dass der Fehler unter 1 % bleibt)</translation>
+  </message>
+  <message>
+   <source>vary a parameter of the BRDF over the model, as in lightarc bake; twice at most</source>
+   <translation>einen Parameter der BRDF über das Modell variieren, wie bei „lightarc bake“; höchstens zweimal</translation>
+  </message>
+  <message>
+   <source>terms, products of a light and a view map, of the BRDF: glossy ones need more</source>
+   <translation>Terme, Produkte einer Licht- und einer Blickkarte, der BRDF: glänzende brauchen mehr</translation>
+  </message>
+  <message>
+   <source>wavelet coefficients kept for each vertex and term: more keep more shadow</source>
+   <translation>behaltene Wavelet-Koeffizienten je Eckpunkt und Term: mehr behalten mehr Schatten</translation>
+  </message>
+  <message>
+   <source>edge of the cube map of the light: more texels keep sharper shadows</source>
+   <translation>Kante der Würfelkarte des Lichts: mehr Texel behalten schärfere Schatten</translation>
+  </message>
+  <message>
+   <source>128 cells</source>
+   <translation>128 Zellen</translation>
+  </message>
+  <message>
+   <source>64 cells</source>
+   <translation>64 Zellen</translation>
+  </message>
+  <message>
+   <source>32 cells</source>
+   <translation>32 Zellen</translation>
+  </message>
+  <message>
+   <source>shaded by</source>
+   <translation>schattiert mit</translation>
+  </message>
+  <message>
+   <source>let shadows fall from a model simplified in a grid of N cells a side, with quicker rays (0: the model)</source>
+   <translation>Schatten eines vereinfachten Modells mit N Zellen je Seite verwenden, mit schnelleren Strahlen (0: das Modell)</translation>
+  </message>
+  <message>
+   <source>of the BRDF's textures; polar suits single terms of anisotropic ones</source>
+   <translation>der Texturen der BRDF; polar passt zu einzelnen Termen anisotroper</translation>
+  </message>
+  <message>
+   <source>norm in which terms are found; auto: the one with the lower cosine-weighted error</source>
+   <translation>Norm, in der Terme gesucht werden; auto: die mit dem kleineren kosinusgewichteten Fehler</translation>
+  </message>
+  <message>
+   <source>signed terms have the least squared error and may sum to less than black; nonnegative ones never do, and are nearer to dark values; auto: nonnegative ones where their errors are smaller</source>
+   <translation>vorzeichenbehaftete Terme haben den kleinsten quadratischen Fehler und können unter Schwarz fallen; nichtnegative nie, und sie sind näher an dunklen Werten; auto: nichtnegative, wo ihre Fehler kleiner sind</translation>
+  </message>
+  <message>
+   <source>mix in another BRDF with its own terms; its weight over the model is x, y or z across its bounding box or the luminance of an image at its texture coordinates: ggx:alpha=0.1:y; --brdf has what is left; can be given several times</source>
+   <translation>eine andere BRDF mit eigenen Termen beimischen; ihr Gewicht über das Modell ist x, y oder z durch seinen Quader oder die Leuchtdichte eines Bildes an seinen Texturkoordinaten</translation>
+  </message>
+  <message>
+   <source>multiply the outgoing radiance by an image at the texture coordinates</source>
+   <translation>die ausgehende Strahldichte an den Texturkoordinaten mit einem Bild multiplizieren</translation>
+  </message>
+  <message>
+   <source>of the second BRDF of a bake with --blend (again for the third), in place of what was baked: x, y, z or a image</source>
+   <translation>der zweiten BRDF einer Vorberechnung mit --blend (wiederholt für die dritte), anstelle der vorberechneten: x, y, z oder ein Bild</translation>
+  </message>
+  <message>
+   <source>multiply the outgoing radiance by an image at the texture coordinates, in place of what was baked</source>
+   <translation>die ausgehende Strahldichte mit einem Bild an den Texturkoordinaten multiplizieren, anstelle des vorberechneten</translation>
+  </message>
+  <message>
+   <source>Gaussians for each vertex and view: more follow partly shaded highlights</source>
+   <translation>Gauß-Funktionen je Eckpunkt und Ansicht: mehr folgen teilweise verschatteten Glanzlichtern</translation>
+  </message>
+  <message>
+   <source>include indirect glossy transfer</source>
+   <translation>indirekten glänzenden Transport einschließen</translation>
+  </message>
+  <message>
+   <source>directions of view, an icosahedron cut in three</source>
+   <translation>Blickrichtungen, ein dreifach unterteiltes Ikosaeder</translation>
+  </message>
+  <message>
+   <source>directions that each highlight is tabulated at</source>
+   <translation>Richtungen, an denen jedes Glanzlicht tabelliert wird</translation>
+  </message>
+  <message>
+   <source>bands of the spherical harmonics of the diffuse part</source>
+   <translation>Bänder der Kugelfunktionen des diffusen Anteils</translation>
+  </message>
+  <message>
+   <source>edge of the cube map that visibility is counted over (64)</source>
+   <translation>Kante der Würfelkarte, über die die Sichtbarkeit gezählt wird (64)</translation>
+  </message>
+  <message>
+   <source>heights of the Gaussians: nearest to the highlight, or with all its energy; auto: the lower error of the radiance under --error-env, or in the studio</source>
+   <translation>Höhen der Gauß-Funktionen: dem Glanzlicht am nächsten oder mit seiner ganzen Energie; auto: der kleinere Fehler der Strahldichte</translation>
+  </message>
+  <message>
+   <source>store Gaussians in 8 bytes or fewer instead of 28</source>
+   <translation>Gauß-Funktionen in höchstens 8 statt 28 Bytes speichern</translation>
+  </message>
+  <message>
+   <source>%1 cannot go from %2 to %3</source>
+   <translation>%1 kann nicht von %2 bis %3 gehen</translation>
+  </message>
+  <message>
+   <source>a variation needs the name of a parameter and a source</source>
+   <translation>eine Variation braucht den Namen eines Parameters und eine Quelle</translation>
+  </message>
+  <message>
+   <source>%1 is not of the form PARAMETER=FROM:TO:SOURCE, say alpha=0.1:0.5:y</source>
+   <translation>%1 hat nicht die Form PARAMETER=FROM:TO:SOURCE, etwa alpha=0.1:0.5:y</translation>
+  </message>
+  <message>
+   <source>only analytic models have parameters that can vary over a surface</source>
+   <translation>nur analytische Modelle haben Parameter, die über eine Oberfläche variieren können</translation>
+  </message>
+  <message>
+   <source>the BRDF has no parameter %1; it has %2</source>
+   <translation>die BRDF hat keinen Parameter %1; sie hat %2</translation>
+  </message>
+  <message>
+   <source>%1 is to vary twice</source>
+   <translation>%1 soll zweimal variieren</translation>
+  </message>
+  <message>
+   <source>visibility %1</source>
+   <translation>Sichtbarkeit %1</translation>
+  </message>
+  <message>
+   <source>looking at the BRDF</source>
+   <translation>BRDF wird untersucht</translation>
+  </message>
+  <message>
+   <source>this BRDF has no glossy part; bake it with --mode sh or wavelet</source>
+   <translation>diese BRDF hat keinen glänzenden Anteil; mit Kugelfunktionen oder Wavelets vorberechnen</translation>
+  </message>
+  <message>
+   <source>fitting some vertices to see how long it takes</source>
+   <translation>einige Eckpunkte werden angepasst, um die Dauer zu schätzen</translation>
+  </message>
+  <message>
+   <source>preparing %1 vertices, %2</source>
+   <translation>%1 Eckpunkte werden vorbereitet, %2</translation>
+  </message>
+  <message>
+   <source>baking the diffuse part</source>
+   <translation>diffuser Anteil wird vorberechnet</translation>
+  </message>
+  <message>
+   <source>casting rays</source>
+   <translation>Strahlen werden verfolgt</translation>
+  </message>
+  <message>
+   <source>comparing with the sum over all texels</source>
+   <translation>Vergleich mit der Summe über alle Texel</translation>
+  </message>
+  <message>
+   <source>%1 lobes are not possible; 1 to %2 are</source>
+   <translation>%1 Keulen sind nicht möglich; möglich sind 1 bis %2</translation>
+  </message>
+  <message>
+   <source>the weights of the energies must be from 0 to 1,000,000</source>
+   <translation>die Gewichte der Energien müssen von 0 bis 1.000.000 sein</translation>
+  </message>
+  <message>
+   <source>%1 sweeps and %2 relaxations are not possible</source>
+   <translation>%1 Durchläufe und %2 Relaxationen sind nicht möglich</translation>
+  </message>
+  <message>
+   <source>%1 steps are not possible; each is from 0 to 1,000</source>
+   <translation>%1 Schritte sind nicht möglich; jeweils 0 bis 1.000</translation>
+  </message>
+  <message>
+   <source>fitting vertex %1 of %2</source>
+   <translation>Eckpunkt %1 von %2 wird angepasst</translation>
+  </message>
+  <message>
+   <source>fitting %1 vertices again</source>
+   <translation>%1 Eckpunkte werden neu angepasst</translation>
+  </message>
+  <message>
+   <source>making neighbours agree</source>
+   <translation>Nachbarn werden in Übereinstimmung gebracht</translation>
+  </message>
+  <message>
+   <source>fitting single views of %1 vertices again</source>
+   <translation>einzelne Ansichten von %1 Eckpunkten werden neu angepasst</translation>
+  </message>
+  <message>
+   <source>%1 of %2 pairs of neighbours disagree on their lobes</source>
+   <translation>%1 von %2 Nachbarpaaren haben nicht dieselben Keulen</translation>
+  </message>
+  <message>
+   <source>%1 vertices reflect no light towards any view</source>
+   <translation>%1 Eckpunkte reflektieren in keine Ansicht Licht</translation>
+  </message>
+  <message>
+   <source>a factor of %1 or a rotation of %2 rad is not possible</source>
+   <translation>ein Faktor von %1 oder eine Drehung von %2 rad ist nicht möglich</translation>
+  </message>
+  <message>
+   <source>Gaussians cannot bake parts of which only some have an Ashikhmin-Shirley BRDF; choose --mode sh or wavelet</source>
+   <translation>Gauß-Funktionen können keine Teile vorberechnen, von denen nur einige eine Ashikhmin-Shirley-BRDF haben; --mode sh oder wavelet wählen</translation>
+  </message>
+  <message>
+   <source>parameters of the BRDF of %1 vary over the model; bake again with another</source>
+   <translation>Parameter der BRDF von %1 variieren über das Modell; mit einer anderen neu vorberechnen</translation>
+  </message>
+  <message>
+   <source>%1 pairs of neighbours disagree on which Gaussian is which.</source>
+   <translation>%1 Nachbarpaare stimmen nicht überein, welche Gauß-Funktion welche ist.</translation>
+  </message>
+  <message>
+   <source>No light between parts of the model; --indirect adds it.</source>
+   <translation>Kein Licht zwischen Teilen des Modells; --indirect fügt es hinzu.</translation>
+  </message>
+  <message>
+   <source>nearest to the highlights</source>
+   <translation>den Glanzlichtern am nächsten</translation>
+  </message>
+  <message>
+   <source>with all their energy</source>
+   <translation>mit ihrer ganzen Energie</translation>
+  </message>
+  <message>
+   <source>Gaussians %1: error %2 plain, %3 with all energy; off the highlights themselves by %4 on average, %5 for the worst hundredth</source>
+   <translation>Gauß-Funktionen %1: Fehler %2 ohne, %3 mit ganzer Energie; von den Glanzlichtern selbst weichen sie im Mittel um %4 ab, im schlechtesten Hundertstel um %5</translation>
+  </message>
+  <message>
+   <source>Gaussians take %1 instead of %2, which changes the radiance by %3</source>
+   <translation>Gauß-Funktionen nehmen %1 statt %2, was die Strahldichte um %3 ändert</translation>
+  </message>
+  <message>
+   <source>The bake is of another BRDF; Gaussians are baked for one.</source>
+   <translation>Die Vorberechnung gehört zu einer anderen BRDF; Gauß-Funktionen gelten für eine.</translation>
+  </message>
+  <message>
+   <source>filtering the light</source>
+   <translation>Licht wird gefiltert</translation>
+  </message>
+  <message>
+   <source>bake the diffuse part with a higher --order</source>
+   <translation>den diffusen Anteil mit höherem --order vorberechnen</translation>
+  </message>
+  <message>
+   <source>parameters vary over a model of one BRDF, and this one has materials for its parts; choose one with --material FILE#NAME or --brdf, or let nothing vary</source>
+   <translation>Parameter variieren über ein Modell mit einer BRDF, und dieses hat Materialien für seine Teile; mit --material FILE#NAME oder --brdf eines wählen oder nichts variieren</translation>
+  </message>
+  <message>
+   <source>--mode %1 bakes one BRDF, and the model has materials for its parts; choose one with --material FILE#NAME or --brdf</source>
+   <translation>--mode %1 berechnet eine BRDF vor, und das Modell hat Materialien für seine Teile; mit --material FILE#NAME oder --brdf eines wählen</translation>
+  </message>
+  <message>
+   <source>Spherical harmonics</source>
+   <translation>Kugelfunktionen</translation>
+  </message>
+  <message>
+   <source>spherical harmonics</source>
+   <translation>Kugelfunktionen</translation>
+  </message>
+  <message>
+   <source>Baked spherical harmonics: shadows under any soft light</source>
+   <translation>Vorberechnete Kugelfunktionen: Schatten unter jedem weichen Licht</translation>
+  </message>
+  <message>
+   <source>Wavelets</source>
+   <translation>Wavelets</translation>
+  </message>
+  <message>
+   <source>Baked wavelets: sharp shadows under any light</source>
+   <translation>Vorberechnete Wavelets: scharfe Schatten unter jedem Licht</translation>
+  </message>
+  <message>
+   <source>Wavel</source>
+   <translation>Wavel</translation>
+  </message>
+  <message>
+   <source>Gaussians</source>
+   <translation>Gauß-Funktionen</translation>
+  </message>
+  <message>
+   <source>Baked Gaussians: sharp highlights under any light</source>
+   <translation>Vorberechnete Gauß-Funktionen: scharfe Glanzlichter unter jedem Licht</translation>
+  </message>
+  <message>
+   <source>Gauss</source>
+   <translation>Gauß</translation>
+  </message>
+  <message>
+   <source>reading visibility</source>
+   <translation>Sichtbarkeit wird gelesen</translation>
+  </message>
+  <message>
+   <source>--brdf is part of the bake %1, and its visibility is not kept on this machine; bake again with the other BRDF, which takes about %2</source>
+   <translation>--brdf ist Teil der Vorberechnung %1, deren Sichtbarkeit auf diesem Rechner nicht aufbewahrt ist; mit der anderen BRDF neu vorberechnen, was etwa %2 dauert</translation>
+  </message>
+  <message>
+   <source>%1 bounces (0 … 16) of %2 rays (16 … 65536) are not possible</source>
+   <translation>%1 Reflexionen (0 … 16) mit %2 Strahlen (16 … 65536) sind nicht möglich</translation>
+  </message>
+  <message>
+   <source>light between parts of a model that does not shade itself is not possible</source>
+   <translation>Licht zwischen Teilen eines Modells, das sich nicht selbst verschattet, ist nicht möglich</translation>
+  </message>
+  <message>
+   <source>Its spherical harmonics have an error of %1: the BRDF is too narrow or too uneven.</source>
+   <translation>Ihre Kugelfunktionen haben einen Fehler von %1: die BRDF ist zu schmal oder zu ungleichmäßig.</translation>
+  </message>
+  <message>
+   <source>projecting the BRDF</source>
+   <translation>BRDF wird projiziert</translation>
+  </message>
+  <message>
+   <source>Between its tables the varied BRDF has an error of up to %1.</source>
+   <translation>Zwischen ihren Tabellen hat die variierte BRDF einen Fehler von bis zu %1.</translation>
+  </message>
+  <message>
+   <source>%1 parameters are to vary; spherical harmonics have tables over 1 or 2</source>
+   <translation>%1 Parameter sollen variieren; Kugelfunktionen haben Tabellen über 1 oder 2</translation>
+  </message>
+  <message>
+   <source>table %1 of %2</source>
+   <translation>Tabelle %1 von %2</translation>
+  </message>
+  <message>
+   <source>looking where tables are needed, %1</source>
+   <translation>nötige Tabellen werden gesucht, %1</translation>
+  </message>
+  <message>
+   <source>tabulating the reflectance, %1</source>
+   <translation>Reflexion wird tabelliert, %1</translation>
+  </message>
+  <message>
+   <source>following bounce %1 of %2</source>
+   <translation>Reflexion %1 von %2 wird verfolgt</translation>
+  </message>
+  <message>
+   <source>a lamp that is a point lies on a vertex</source>
+   <translation>ein punktförmiges Licht liegt auf einem Eckpunkt</translation>
+  </message>
+  <message>
+   <source>%1 points along a side are outside 1 … %2</source>
+   <translation>%1 Punkte je Kante liegen außerhalb von 1 … %2</translation>
+  </message>
+  <message>
+   <source>a lamp is too bright for numbers of 32 bits</source>
+   <translation>ein Licht ist zu hell für 32-Bit-Zahlen</translation>
+  </message>
+  <message>
+   <source>the lamp at %1 of radius %2 touches the model, %3 from its centre</source>
+   <translation>das Licht bei %1 mit Radius %2 berührt das Modell, %3 von seiner Mitte</translation>
+  </message>
+  <message>
+   <source>the %1 at %2 touches the model</source>
+   <translation>%1 bei %2 berührt das Modell</translation>
+  </message>
+  <message>
+   <source>interreflection was baked for one BRDF</source>
+   <translation>Wechselreflexion wurde für eine BRDF vorberechnet</translation>
+  </message>
+  <message>
+   <source>a diffuse model was baked as vectors, which do not depend on the view</source>
+   <translation>ein diffuses Modell wurde als Vektoren vorberechnet, die nicht vom Blick abhängen</translation>
+  </message>
+  <message>
+   <source>a table of order %1 does not fit transport of order %2</source>
+   <translation>eine Tabelle der Ordnung %1 passt nicht zu Transport der Ordnung %2</translation>
+  </message>
+  <message>
+   <source>No matrices: a diffuse model looks the same from every side, and a vector does.</source>
+   <translation>Keine Matrizen: ein diffuses Modell sieht von jeder Seite gleich aus, wie ein Vektor.</translation>
+  </message>
+  <message>
+   <source>No light between parts of the model; --interreflection adds it.</source>
+   <translation>Kein Licht zwischen Teilen des Modells; --interreflection fügt es hinzu.</translation>
+  </message>
+  <message>
+   <source>Light between parts of the model counts as reflected evenly to all sides until the last time.</source>
+   <translation>Licht zwischen Teilen des Modells gilt bis zum letzten Mal als gleichmäßig nach allen Seiten reflektiert.</translation>
+  </message>
+  <message>
+   <source>the reflectance varies over %1 tables; between them it is off by up to %2</source>
+   <translation>das Reflexionsverhalten variiert über %1 Tabellen; zwischen ihnen weicht es um bis zu %2 ab</translation>
+  </message>
+  <message>
+   <source>The bake is of another BRDF; interreflection is baked for one.</source>
+   <translation>Die Vorberechnung gehört zu einer anderen BRDF; Wechselreflexion gilt für eine.</translation>
+  </message>
+  <message>
+   <source>A diffuse model was baked, which holds nothing of the view.</source>
+   <translation>Ein diffuses Modell wurde vorberechnet, das nichts vom Blick enthält.</translation>
+  </message>
+  <message>
+   <source>a higher order or --window rings less</source>
+   <translation>eine höhere Ordnung oder --window schwingt weniger über</translation>
+  </message>
+  <message>
+   <source>--near-points needs --near-lamp</source>
+   <translation>--near-points braucht --near-lamp</translation>
+  </message>
+  <message>
+   <source>Between the points where it was found, the light of near lamps is off by %1 RMS.</source>
+   <translation>Zwischen den Stützpunkten weicht das Licht naher Lichter um %1 RMS ab.</translation>
+  </message>
+  <message>
+   <source>The BRDF cannot be changed without another bake: %1</source>
+   <translation>Die BRDF lässt sich nicht ohne neue Vorberechnung ändern: %1</translation>
+  </message>
+  <message>
+   <source>interreflection is baked for one BRDF, not for one that varies or is coloured by an image</source>
+   <translation>Wechselreflexion wird für eine BRDF vorberechnet, nicht für eine, die variiert oder von einem Bild gefärbt ist</translation>
+  </message>
+  <message>
+   <source>comparing numbers of terms</source>
+   <translation>Zahlen von Termen werden verglichen</translation>
+  </message>
+  <message>
+   <source>wavelets need factors over light and viewer (in-out), not over half and difference vectors</source>
+   <translation>Wavelets brauchen Faktoren über Licht und Blick, nicht über Halb- und Differenzvektoren</translation>
+  </message>
+  <message>
+   <source>%1 terms are more than the %2 that can be baked</source>
+   <translation>%1 Terme sind mehr als die %2, die sich vorberechnen lassen</translation>
+  </message>
+  <message>
+   <source>--blend and --albedo are for a model of one BRDF; choose one with --material FILE#NAME</source>
+   <translation>--blend und --albedo gelten für ein Modell mit einer BRDF; mit --material FILE#NAME eine wählen</translation>
+  </message>
+  <message>
+   <source>factoring the BRDF</source>
+   <translation>BRDF wird faktorisiert</translation>
+  </message>
+  <message>
+   <source>%1 mixes several BRDFs; bake again with other ones</source>
+   <translation>%1 mischt mehrere BRDFs; mit anderen neu vorberechnen</translation>
+  </message>
+  <message>
+   <source>errors of vertices are those of direct light: interreflection is compared in the check alone</source>
+   <translation>Fehler der Eckpunkte sind die des direkten Lichts: Wechselreflexion wird nur in der Prüfung verglichen</translation>
+  </message>
+  <message>
+   <source>%1 of the %2 terms are not stored: they make no image better</source>
+   <translation>%1 der %2 Terme werden nicht gespeichert: sie machen kein Bild besser</translation>
+  </message>
+  <message>
+   <source>shadows from %1 triangles: the open share of the sky is off by %2 RMS, rays take %3 of the time</source>
+   <translation>Schatten von %1 Dreiecken: der offene Anteil des Himmels weicht um %2 RMS ab, Strahlen brauchen %3 der Zeit</translation>
+  </message>
+  <message>
+   <source>The bake is of another BRDF; wavelets are baked for one.</source>
+   <translation>Die Vorberechnung gehört zu einer anderen BRDF; Wavelets gelten für eine.</translation>
+  </message>
+  <message>
+   <source>bake the BRDF with --signs nonnegative, or factor it with --method nonnegative: those have no negative term</source>
+   <translation>die BRDF mit --signs nonnegative vorberechnen oder mit --method nonnegative faktorisieren: die haben keinen negativen Term</translation>
+  </message>
+  <message>
+   <source>preparing vectors</source>
+   <translation>Vektoren werden vorbereitet</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine/render</name>
+  <message>
+   <source>Rendering on the CPU</source>
+   <translation>Berechnung auf der CPU</translation>
+  </message>
+  <message>
+   <source>tone mapping %1 or exposure %2 EV (−40 … 40) is not possible</source>
+   <translation>Tonwertabbildung %1 oder Belichtung %2 EV (−40 … 40) ist nicht möglich</translation>
+  </message>
+  <message>
+   <source>Measuring the error of the directions</source>
+   <translation>Fehler der Richtungen wird gemessen</translation>
+  </message>
+  <message>
+   <source>albedo and normals</source>
+   <translation>Albedo und Normalen</translation>
+  </message>
+  <message>
+   <source>the look-up 'outgoing' is of all light at once: no reference exists for it</source>
+   <translation>die Abtastung 'outgoing' gilt für alles Licht zugleich: dafür gibt es keine Referenz</translation>
+  </message>
+  <message>
+   <source>Reference, %1 samples</source>
+   <translation>Referenz, %1 Abtastungen</translation>
+  </message>
+  <message>
+   <source>drawing on the CPU</source>
+   <translation>Bild wird auf der CPU gezeichnet</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine/gl</name>
+  <message>
+   <source>The BRDF is drawn from a table with an error of %1 RMS.</source>
+   <translation>Die BRDF wird aus einer Tabelle mit einem Fehler von %1 RMS gezeichnet.</translation>
+  </message>
+  <message>
+   <source>The BRDF is anisotropic and is drawn as its mean over all azimuths; the renderer on the CPU (--renderer cpu) shows it as it is.</source>
+   <translation>Die BRDF ist anisotrop und wird als ihr Mittel über alle Azimute gezeichnet; der Renderer auf der CPU (--renderer cpu) zeigt sie, wie sie ist.</translation>
+  </message>
+  <message>
+   <source>The material of %1 × %2 texels is shown at %3 × %4: %5 is the largest texture of this graphics device.</source>
+   <translation>Das Material mit %1 × %2 Texeln wird mit %3 × %4 gezeigt: %5 ist die größte Textur dieser Grafikkarte.</translation>
+  </message>
+  <message>
+   <source>Install a driver with OpenGL 3.3 (on Debian and Ubuntu: apt install libegl1 libgl1-mesa-dri), or render on the CPU with --renderer cpu</source>
+   <translation>Einen Treiber mit OpenGL 3.3 installieren (unter Debian und Ubuntu: apt install libegl1 libgl1-mesa-dri) oder mit --renderer cpu auf der CPU rendern</translation>
+  </message>
+  <message>
+   <source>OpenGL 3.3 is not available (%1)</source>
+   <translation>OpenGL 3.3 ist nicht verfügbar (%1)</translation>
+  </message>
+  <message>
+   <source>The ground cannot be drawn: its shader does not compile; see the log.</source>
+   <translation>Der Boden lässt sich nicht zeichnen: sein Shader kompiliert nicht; siehe Protokoll.</translation>
+  </message>
+  <message>
+   <source>The light is drawn with at most %1 texels along a face</source>
+   <translation>Das Licht wird mit höchstens %1 Texeln je Kante einer Fläche gezeichnet</translation>
+  </message>
+  <message>
+   <source>Tiles that keep their slices are shown by the power law: the slices are too many.</source>
+   <translation>Kacheln mit eigenen Schichten werden durch das Potenzgesetz gezeigt: es sind zu viele Schichten.</translation>
+  </message>
+  <message>
+   <source>The %1 slices are shown as %2, the most that this graphics device can hold.</source>
+   <translation>Die %1 Schichten werden als %2 gezeigt, mehr fasst diese Grafikkarte nicht.</translation>
+  </message>
+  <message>
+   <source>has a loop whose condition declares a variable</source>
+   <translation>hat eine Schleife, deren Bedingung eine Variable deklariert</translation>
+  </message>
+  <message>
+   <source>Declare it before the loop</source>
+   <translation>Sie vor der Schleife deklarieren</translation>
+  </message>
+  <message>
+   <source>needs more than %1 iterations of its loops for one pair of directions</source>
+   <translation>braucht für ein Richtungspaar mehr als %1 Durchläufe seiner Schleifen</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine/accuracy</name>
+  <message>
+   <source>checking the bake</source>
+   <translation>Vorberechnung wird geprüft</translation>
+  </message>
+  <message>
+   <source>luminance, A − B</source>
+   <translation>Leuchtdichte, A − B</translation>
+  </message>
+  <message>
+   <source>comparing as an eye does</source>
+   <translation>Bilder werden wahrnehmungsnah verglichen</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine/planning</name>
+  <message>
+   <source>the mode %1 is not baked</source>
+   <translation>der Modus %1 wird nicht vorberechnet</translation>
+  </message>
+  <message>
+   <source>baking %1 settings on one set of rays</source>
+   <translation>%1 Einstellungen werden mit denselben Strahlen vorberechnet</translation>
+  </message>
+  <message>
+   <source>its bake</source>
+   <translation>seine Vorberechnung</translation>
+  </message>
+  <message>
+   <source>%1 takes about %2, for which there was no time</source>
+   <translation>%1 dauert etwa %2; dafür war keine Zeit</translation>
+  </message>
+  <message>
+   <source>it needs %1 of memory, more than is free</source>
+   <translation>es braucht %1 Speicher, mehr als frei ist</translation>
+  </message>
+  <message>
+   <source>a ceiling of %1 = %2 is not above 0</source>
+   <translation>eine Obergrenze von %1 = %2 ist nicht über 0</translation>
+  </message>
+  <message>
+   <source>%1 frames are too few</source>
+   <translation>%1 Bilder sind zu wenige</translation>
+  </message>
+  <message>
+   <source>format %1</source>
+   <translation>Format %1</translation>
+  </message>
+  <message>
+   <source>measuring frames, %1</source>
+   <translation>Bilder werden gemessen, %1</translation>
+  </message>
+  <message>
+   <source>%1 vertices, %2 pixels, %3 texels and a depth of %4</source>
+   <translation>%1 Eckpunkte, %2 Pixel, %3 Texel und eine Tiefe von %4</translation>
+  </message>
+  <message>
+   <source>measuring the speed of the CPU</source>
+   <translation>Geschwindigkeit der CPU wird gemessen</translation>
+  </message>
+  <message>
+   <source>measuring a frame</source>
+   <translation>ein Bild wird gemessen</translation>
+  </message>
+  <message>
+   <source>measuring rays</source>
+   <translation>Strahlen werden gemessen</translation>
+  </message>
+  <message>
+   <source>measuring bakes of spherical harmonics, order %1</source>
+   <translation>Vorberechnungen in Kugelfunktionen werden gemessen, Ordnung %1</translation>
+  </message>
+  <message>
+   <source>measuring bakes of wavelets</source>
+   <translation>Vorberechnungen in Wavelets werden gemessen</translation>
+  </message>
+  <message>
+   <source>measuring bakes of Gaussians</source>
+   <translation>Vorberechnungen in Gauß-Funktionen werden gemessen</translation>
+  </message>
+  <message>
+   <source>measuring rotated environments</source>
+   <translation>gedrehte Umgebungen werden gemessen</translation>
+  </message>
+  <message>
+   <source>measuring the reference</source>
+   <translation>Referenz wird gemessen</translation>
+  </message>
+  <message>
+   <source>Every vertex sees its whole hemisphere: nothing shades anything.</source>
+   <translation>Jeder Eckpunkt sieht seine ganze Halbkugel: nichts wirft Schatten.</translation>
+  </message>
+  <message>
+   <source>%1 of the vertices see less than their hemisphere, on average %2 of it; without shadows the error of direct light is %3.</source>
+   <translation>%1 der Eckpunkte sehen weniger als ihre Halbkugel, im Mittel %2 davon; ohne Schatten ist der Fehler des direkten Lichts %3.</translation>
+  </message>
+  <message>
+   <source>Every vertex sees its whole hemisphere: no part lights another.</source>
+   <translation>Jeder Eckpunkt sieht seine ganze Halbkugel: kein Teil beleuchtet einen anderen.</translation>
+  </message>
+  <message>
+   <source>An albedo of %1 and %2 of the view closed by other parts: their light is %3 of the image.</source>
+   <translation>Eine Albedo von %1, und %2 der Sicht durch andere Teile verdeckt: ihr Licht macht %3 des Bildes aus.</translation>
+  </message>
+  <message>
+   <source>The BRDF is Lambertian: it looks the same from every side.</source>
+   <translation>Die BRDF ist lambertsch: sie sieht von allen Seiten gleich aus.</translation>
+  </message>
+  <message>
+   <source>The error of a diffuse surface of equal albedo is %1.</source>
+   <translation>Der Fehler einer diffusen Fläche gleicher Albedo ist %1.</translation>
+  </message>
+  <message>
+   <source>The BRDF is isotropic.</source>
+   <translation>Die BRDF ist isotrop.</translation>
+  </message>
+  <message>
+   <source>The error of the mean over all azimuths is %1.</source>
+   <translation>Der Fehler des Mittels über alle Azimute ist %1.</translation>
+  </message>
+  <message>
+   <source>%1 spherical harmonics of this light have an error of %2 with this BRDF.</source>
+   <translation>%1 Kugelfunktionen dieses Lichts haben mit dieser BRDF einen Fehler von %2.</translation>
+  </message>
+  <message>
+   <source>The light has no tiny source that is many times as bright as all around it.</source>
+   <translation>Das Licht hat keine winzige Quelle, die vielfach heller ist als ihre Umgebung.</translation>
+  </message>
+  <message>
+   <source>One tiny bright source brings</source>
+   <translation>Eine winzige helle Quelle bringt</translation>
+  </message>
+  <message>
+   <source>%1 tiny bright sources bring</source>
+   <translation>%1 winzige helle Quellen bringen</translation>
+  </message>
+  <message>
+   <source>%1 %2 of the light; left in the map, the error of the image is %3.</source>
+   <translation>%1 %2 des Lichts; bleibt sie in der Karte, ist der Fehler des Bildes %3.</translation>
+  </message>
+  <message>
+   <source>No maps of a material: every point of the surface is alike.</source>
+   <translation>Keine Karten eines Materials: jeder Punkt der Oberfläche ist gleich.</translation>
+  </message>
+  <message>
+   <source>The texels of the material differ from their mean by %1.</source>
+   <translation>Die Texel des Materials weichen um %1 von ihrem Mittel ab.</translation>
+  </message>
+  <message>
+   <source>Texels of the maps differ: see mesostructure.</source>
+   <translation>Texel der Karten unterscheiden sich: siehe Mesostruktur.</translation>
+  </message>
+  <message>
+   <source>The surface has one BRDF.</source>
+   <translation>Die Oberfläche hat eine BRDF.</translation>
+  </message>
+  <message>
+   <source>%1 at its mean, %2,</source>
+   <translation>%1 bei seinem Mittel, %2,</translation>
+  </message>
+  <message>
+   <source>The BRDF varies over the surface; with %1 everywhere the error is %2.</source>
+   <translation>Die BRDF variiert über die Oberfläche; mit %1 überall ist der Fehler %2.</translation>
+  </message>
+  <message>
+   <source>The BRDF does not rise towards grazing views.</source>
+   <translation>Die BRDF steigt bei streifendem Blick nicht an.</translation>
+  </message>
+  <message>
+   <source>Its rise towards grazing views changes the image by %1; it costs nothing.</source>
+   <translation>Ihr Anstieg bei streifendem Blick ändert das Bild um %1; er kostet nichts.</translation>
+  </message>
+  <message>
+   <source>Nothing is sent back towards the light more than across it.</source>
+   <translation>Zum Licht zurück geht nicht mehr als quer dazu.</translation>
+  </message>
+  <message>
+   <source>What is sent back towards the light changes the image by %1; it costs nothing.</source>
+   <translation>Was zum Licht zurückgeworfen wird, ändert das Bild um %1; es kostet nichts.</translation>
+  </message>
+  <message>
+   <source>without a BRDF no more pixels are looked for than are kept</source>
+   <translation>ohne BRDF werden nicht mehr Pixel gesucht, als behalten werden</translation>
+  </message>
+  <message>
+   <source>analysing the scene</source>
+   <translation>Szene wird untersucht</translation>
+  </message>
+  <message>
+   <source>forced on</source>
+   <translation>erzwungen</translation>
+  </message>
+  <message>
+   <source>a plan has one budget: of error or of time</source>
+   <translation>ein Plan hat ein Budget: Fehler oder Zeit</translation>
+  </message>
+  <message>
+   <source>a budget of %1 of %2 is not above 0</source>
+   <translation>ein Budget von %1 %2 ist nicht über 0</translation>
+  </message>
+  <message>
+   <source>unknown effect %1%2; choose from %3</source>
+   <translation>unbekannter Effekt %1%2; möglich: %3</translation>
+  </message>
+  <message>
+   <source>%1 cannot be forced and skipped at once</source>
+   <translation>%1 kann nicht zugleich erzwungen und ausgelassen werden</translation>
+  </message>
+  <message>
+   <source>no mode is left to choose from in %1 of memory</source>
+   <translation>mit %1 Speicher bleibt kein Modus zur Wahl</translation>
+  </message>
+  <message>
+   <source>%1 cannot be forced on a reflectance that varies and does not have it</source>
+   <translation>%1 lässt sich bei variierendem Reflexionsverhalten ohne diesen Effekt nicht erzwingen</translation>
+  </message>
+  <message>
+   <source>forced off</source>
+   <translation>ausgelassen</translation>
+  </message>
+  <message>
+   <source>%1 The error of the whole plan is %2.</source>
+   <translation>%1 Der Fehler des ganzen Plans ist %2.</translation>
+  </message>
+  <message>
+   <source>%1 The mode %2 shows it of lamps and suns alone.</source>
+   <translation>%1 Der Modus %2 zeigt es nur für gerichtete Lichter und Sonnen.</translation>
+  </message>
+  <message>
+   <source>%1 The mode %2 does not show it.</source>
+   <translation>%1 Der Modus %2 zeigt es nicht.</translation>
+  </message>
+  <message>
+   <source>measuring small images</source>
+   <translation>kleine Bilder werden gemessen</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine/tradeoff</name>
+  <message>
+   <source>none (drawn on the CPU)</source>
+   <translation>keine (auf der CPU gezeichnet)</translation>
+  </message>
+  <message>
+   <source>a budget of %1 = %2 is not above 0</source>
+   <translation>ein Budget von %1 = %2 ist nicht über 0</translation>
+  </message>
+  <message>
+   <source>%1 is not a budget such as '8 ms and 100 MB' or '1 %'</source>
+   <translation>%1 ist kein Budget wie „8 ms and 100 MB“ oder „1 %“</translation>
+  </message>
+  <message>
+   <source>%1 of %2 settings keep within it</source>
+   <translation>%1 von %2 Einstellungen halten es ein</translation>
+  </message>
+  <message>
+   <source>Nothing has been measured yet</source>
+   <translation>Noch nichts gemessen</translation>
+  </message>
+  <message>
+   <source>the least error is %1</source>
+   <translation>der kleinste Fehler ist %1</translation>
+  </message>
+  <message>
+   <source>the quickest takes %1</source>
+   <translation>die schnellste braucht %1</translation>
+  </message>
+  <message>
+   <source>the smallest takes %1</source>
+   <translation>die kleinste braucht %1</translation>
+  </message>
+  <message>
+   <source>each limit can be kept alone, but not all of them together</source>
+   <translation>jede Grenze lässt sich allein einhalten, aber nicht alle zusammen</translation>
+  </message>
+  <message>
+   <source>No measured setting keeps within it: %1</source>
+   <translation>Keine gemessene Einstellung hält es ein: %1</translation>
+  </message>
+  <message>
+   <source>Time of a frame</source>
+   <translation>Zeit eines Bildes</translation>
+  </message>
+  <message>
+   <source>Time to relight</source>
+   <translation>Zeit zum Neubeleuchten</translation>
+  </message>
+  <message>
+   <source>Time to bake</source>
+   <translation>Zeit zum Vorberechnen</translation>
+  </message>
+  <message>
+   <source>refining the reference</source>
+   <translation>Referenz wird verfeinert</translation>
+  </message>
+  <message>
+   <source>no pixel is covered completely: the image is too small, or the model is out of sight</source>
+   <translation>kein Pixel ist vollständig bedeckt: das Bild ist zu klein, oder das Modell liegt außerhalb</translation>
+  </message>
+  <message>
+   <source>a sweep compares modes of which some show no light near the model; leave near_lamps out</source>
+   <translation>eine Messreihe vergleicht Modi, von denen einige kein Licht nah am Modell zeigen; near_lamps weglassen</translation>
+  </message>
+  <message>
+   <source>a small image of %1</source>
+   <translation>ein kleines Bild von %1</translation>
+  </message>
+  <message>
+   <source>its image</source>
+   <translation>sein Bild</translation>
+  </message>
+  <message>
+   <source>the time was over</source>
+   <translation>die Zeit war um</translation>
+  </message>
+  <message>
+   <source>%1 settings measured</source>
+   <translation>%1 Einstellungen gemessen</translation>
+  </message>
+  <message>
+   <source>Time of a frame / ms</source>
+   <translation>Zeit eines Bildes / ms</translation>
+  </message>
+  <message>
+   <source>Time to relight / ms</source>
+   <translation>Zeit zum Neubeleuchten / ms</translation>
+  </message>
+  <message>
+   <source>Time to bake / s</source>
+   <translation>Zeit zum Vorberechnen / s</translation>
+  </message>
+  <message>
+   <source>paths %1</source>
+   <translation>Pfade %1</translation>
+  </message>
+  <message>
+   <source>lights %1</source>
+   <translation>Lichter %1</translation>
+  </message>
+  <message>
+   <source>terms %1</source>
+   <translation>Terme %1</translation>
+  </message>
+  <message>
+   <source>kept %1</source>
+   <translation>behalten %1</translation>
+  </message>
+  <message>
+   <source>%1 (extrapolated)</source>
+   <translation>%1 (extrapoliert)</translation>
+  </message>
+  <message>
+   <source>on the CPU</source>
+   <translation>auf der CPU</translation>
+  </message>
+  <message>
+   <source>by %1</source>
+   <translation>von %1</translation>
+  </message>
+  <message>
+   <source>Bars: 95 %. Errors against %1 paths for each pixel; frames drawn %2.</source>
+   <translation>Balken: 95 %. Fehler gegenüber %1 Pfaden je Pixel; Bilder gezeichnet %2.</translation>
+  </message>
+  <message>
+   <source> %1 settings have no such cost.</source>
+   <translation> %1 Einstellungen haben solche Kosten nicht.</translation>
+  </message>
+  <message>
+   <source>
+%1 settings were not measured but extrapolated.</source>
+   <translation>
+%1 Einstellungen wurden nicht gemessen, sondern extrapoliert.</translation>
+  </message>
+  <message>
+   <source>Error, relative RMSE / %</source>
+   <translation>Fehler, relativer RMSE / %</translation>
+  </message>
+  <message>
+   <source>1 frame</source>
+   <translation>1 Bild</translation>
+  </message>
+  <message>
+   <source>%1 frames</source>
+   <translation>%1 Bildern</translation>
+  </message>
+  <message>
+   <source>
+Break-even: with their bake, %1 take less time than the reference at equal error after %2.</source>
+   <translation>
+Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zeit als die Referenz nach %2.</translation>
+  </message>
+  <message>
+   <source>drawing plots</source>
+   <translation>Diagramme werden gezeichnet</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine/bundle</name>
+  <message>
+   <source>the kept tiles</source>
+   <translation>die behaltenen Kacheln</translation>
+  </message>
+  <message>
+   <source>the material is larger than the %1 GiB of a bundle</source>
+   <translation>das Material ist größer als die %1 GiB eines Pakets</translation>
+  </message>
+  <message>
+   <source>Reduce the resolution</source>
+   <translation>Die Auflösung verringern</translation>
+  </message>
+  <message>
+   <source>it exists and cannot be replaced, because %1</source>
+   <translation>es existiert und lässt sich nicht ersetzen, weil %1</translation>
+  </message>
+  <message>
+   <source>holds a material that cannot be: %1</source>
+   <translation>enthält ein unmögliches Material: %1</translation>
+  </message>
+  <message>
+   <source>%1 is not in the manifest.</source>
+   <translation>%1 steht nicht im Manifest.</translation>
+  </message>
+  <message>
+   <source>%1 contradicts the manifest</source>
+   <translation>%1 widerspricht dem Manifest</translation>
+  </message>
+  <message>
+   <source>the material has neither a shading map nor a power law, a directional map or PBR maps</source>
+   <translation>das Material hat weder Schattierungskarte noch Potenzgesetz, Richtungskarte oder PBR-Karten</translation>
+  </message>
+  <message>
+   <source>PBR maps stand in place of what comes from photographs, and not beside it</source>
+   <translation>PBR-Karten stehen anstelle dessen, was aus Fotos kommt, nicht daneben</translation>
+  </message>
+  <message>
+   <source>%1 has values that are negative or not finite</source>
+   <translation>%1 hat negative oder nicht endliche Werte</translation>
+  </message>
+  <message>
+   <source>codes of 8-bit sRGB for each code of a plane</source>
+   <translation>8-Bit-Stufen in sRGB für jede Stufe einer Ebene</translation>
+  </message>
+  <message>
+   <source>%1 has lights that cannot be interpolated</source>
+   <translation>%1 hat Lichter, die sich nicht interpolieren lassen</translation>
+  </message>
+  <message>
+   <source>%1 is not what %2 gives.</source>
+   <translation>%1 ist nicht, was %2 ergibt.</translation>
+  </message>
+  <message>
+   <source>%1 has other numbers than the manifest says</source>
+   <translation>%1 hat andere Zahlen, als das Manifest sagt</translation>
+  </message>
+  <message>
+   <source>%1 has lights that are not unit vectors</source>
+   <translation>%1 hat Lichter, die keine Einheitsvektoren sind</translation>
+  </message>
+  <message>
+   <source>lightarc bundle view opens a page that is made anew</source>
+   <translation>lightarc bundle view öffnet eine neu erzeugte Seite</translation>
+  </message>
+  <message>
+   <source>lightarc export --to shaders writes one anew</source>
+   <translation>lightarc export --to shaders schreibt einen neu</translation>
+  </message>
+  <message>
+   <source>the BRDF that counts is the one in the manifest</source>
+   <translation>es gilt die BRDF im Manifest</translation>
+  </message>
+  <message>
+   <source>%1 is not what this program makes of the material; export the bundle again.</source>
+   <translation>%1 ist nicht, was dieses Programm aus dem Material macht; das Paket neu exportieren.</translation>
+  </message>
+  <message>
+   <source>version %1</source>
+   <translation>Version %1</translation>
+  </message>
+  <message>
+   <source>no version that is named</source>
+   <translation>keiner genannten Version</translation>
+  </message>
+  <message>
+   <source>another build of version %1</source>
+   <translation>einer anderen Fassung der Version %1</translation>
+  </message>
+  <message>
+   <source>was written by %1, and this one cannot tell whether somebody changed it</source>
+   <translation>wurde von %1 geschrieben, und dieses Programm kann nicht erkennen, ob jemand es geändert hat</translation>
+  </message>
+  <message>
+   <source>1, data without a colour space</source>
+   <translation>1, Daten ohne Farbraum</translation>
+  </message>
+  <message>
+   <source>%1 does not cover whole tiles of %2 texels</source>
+   <translation>%1 deckt keine ganzen Kacheln von %2 Texeln</translation>
+  </message>
+  <message>
+   <source>%1 would have %2 bytes of pixels</source>
+   <translation>%1 hätte %2 Bytes an Pixeln</translation>
+  </message>
+  <message>
+   <source>Use a smaller bundle</source>
+   <translation>Ein kleineres Paket verwenden</translation>
+  </message>
+  <message>
+   <source>%1 needs %2 of memory, and %3 are free</source>
+   <translation>%1 braucht %2 Speicher, und %3 sind frei</translation>
+  </message>
+  <message>
+   <source>Open it on a machine with more, or make the material smaller</source>
+   <translation>Auf einem Rechner mit mehr Speicher öffnen oder das Material verkleinern</translation>
+  </message>
+  <message>
+   <source>%1 is not in the manifest</source>
+   <translation>%1 steht nicht im Manifest</translation>
+  </message>
+  <message>
+   <source>%1 is not as it was written</source>
+   <translation>%1 ist nicht, wie es geschrieben wurde</translation>
+  </message>
+  <message>
+   <source>Ask for the bundle again</source>
+   <translation>Das Paket noch einmal anfordern</translation>
+  </message>
+  <message>
+   <source>has %1 x %2 pixels where the manifest says %3 x %4</source>
+   <translation>hat %1 x %2 Pixel, wo das Manifest %3 x %4 sagt</translation>
+  </message>
+  <message>
+   <source>has other channels than the %1 that the manifest implies</source>
+   <translation>hat andere Kanäle als die %1, die das Manifest verlangt</translation>
+  </message>
+  <message>
+   <source>has a channel %1 that is not of %2-bit floats at full resolution</source>
+   <translation>hat einen Kanal %1, der nicht aus %2-Bit-Gleitkommazahlen in voller Auflösung besteht</translation>
+  </message>
+  <message>
+   <source>is not a PNG</source>
+   <translation>ist kein PNG</translation>
+  </message>
+  <message>
+   <source>a grey</source>
+   <translation>ein graues</translation>
+  </message>
+  <message>
+   <source>an RGB</source>
+   <translation>ein RGB-</translation>
+  </message>
+  <message>
+   <source>is not %1 image of %2 x %3 pixels with %4 bits each</source>
+   <translation>ist nicht %1 Bild von %2 x %3 Pixeln mit je %4 Bit</translation>
+  </message>
+  <message>
+   <source>Brightest light</source>
+   <translation>Hellstes Licht</translation>
+  </message>
+  <message>
+   <source>the page shows the compressed pair or planes, which this material does not have</source>
+   <translation>die Seite zeigt das komprimierte Paar oder Ebenen, die dieses Material nicht hat</translation>
+  </message>
+  <message>
+   <source> along the arc</source>
+   <translation> längs des Bogens</translation>
+  </message>
+  <message>
+   <source>Normals%1</source>
+   <translation>Normalen%1</translation>
+  </message>
+  <message>
+   <source>Relief</source>
+   <translation>Relief</translation>
+  </message>
+  <message>
+   <source>Enhanced highlights</source>
+   <translation>Verstärkte Glanzlichter</translation>
+  </message>
+  <message>
+   <source>%1 has other maps than those of a BRDF</source>
+   <translation>%1 hat andere Karten als die einer BRDF</translation>
+  </message>
+  <message>
+   <source>states layers that there are not (%1)</source>
+   <translation>nennt Schichten, die es nicht gibt (%1)</translation>
+  </message>
+  <message>
+   <source>states layers that are no OpenPBR model</source>
+   <translation>nennt Schichten, die kein OpenPBR-Modell sind</translation>
+  </message>
+  <message>
+   <source>The BRDF is not a fit.</source>
+   <translation>Die BRDF ist keine Anpassung.</translation>
+  </message>
+  <message>
+   <source>the measured BRDF %1</source>
+   <translation>der gemessenen BRDF %1</translation>
+  </message>
+  <message>
+   <source>The BRDF is a fit of %1, with a relative RMSE of f cos(theta_i) of %2.</source>
+   <translation>Die BRDF ist eine Anpassung von %1 mit einem relativen RMSE von f cos(theta_i) von %2.</translation>
+  </message>
+  <message>
+   <source>image of the page</source>
+   <translation>Bild der Seite</translation>
+  </message>
+ </context>
+ <context>
+  <name>engine/exchange</name>
+  <message>
+   <source>behind Shader to RGB</source>
+   <translation>hinter Shader to RGB</translation>
+  </message>
+  <message>
+   <source>writing the power law</source>
+   <translation>Potenzgesetz wird geschrieben</translation>
+  </message>
+  <message>
+   <source>the script</source>
+   <translation>das Skript</translation>
+  </message>
+  <message>
+   <source>the material has no power law, so there is no material behind Shader to RGB</source>
+   <translation>das Material hat kein Potenzgesetz, also gibt es kein Material hinter Shader to RGB</translation>
+  </message>
+  <message>
+   <source>tiles that keep their slices are shown by the power law</source>
+   <translation>Kacheln, die ihre Schichten behalten, werden durch das Potenzgesetz gezeigt</translation>
+  </message>
+  <message>
+   <source>making the .blend</source>
+   <translation>.blend wird erzeugt</translation>
+  </message>
+  <message>
+   <source>Blender imports %1.glb, or opens it where the desktop opens such files with Blender; the .blend is made by %2.py, opened and run in Blender's workspace Scripting, or by blender --background --python %3.py</source>
+   <translation>Blender importiert %1.glb oder öffnet es, wo der Desktop solche Dateien mit Blender öffnet; das .blend erzeugt %2.py, geöffnet und ausgeführt in Blenders Arbeitsbereich Scripting oder durch blender --background --python %3.py</translation>
+  </message>
+  <message>
+   <source>evaluating the BRDF</source>
+   <translation>BRDF wird ausgewertet</translation>
+  </message>
+  <message>
+   <source>writing RGL's table</source>
+   <translation>RGL-Tabelle wird geschrieben</translation>
+  </message>
+  <message>
+   <source>the BRDF is anisotropic: MERL's table is its average over azimuth, and no .bsdf is written</source>
+   <translation>die BRDF ist anisotrop: MERLs Tabelle ist ihr Mittel über den Azimut, und kein .bsdf wird geschrieben</translation>
+  </message>
+  <message>
+   <source>%1 away (relative RMSE of f cos)</source>
+   <translation>%1 entfernt (relativer RMSE von f cos)</translation>
+  </message>
+  <message>
+   <source>%1.mtlx leaves out the rotation of the anisotropy, %2</source>
+   <translation>%1.mtlx lässt die Drehung der Anisotropie weg, %2</translation>
+  </message>
+  <message>
+   <source>%1.mtlx is the nearest metallic-roughness, %2</source>
+   <translation>%1.mtlx ist die nächste metallisch-raue Form, %2</translation>
+  </message>
+  <message>
+   <source>Made by Lightarc %1. Values at %2 pairs of directions, exact there to nine digits.</source>
+   <translation>Erzeugt von Lightarc %1. Werte an %2 Richtungspaaren, dort auf neun Stellen exakt.</translation>
+  </message>
+  <message>
+   <source>%1 alone: the texels of the material are not in these files.</source>
+   <translation>nur %1: die Texel des Materials sind nicht in diesen Dateien.</translation>
+  </message>
+  <message>
+   <source>a relative RMSE of f cos of %1</source>
+   <translation>ein relativer RMSE von f cos von %1</translation>
+  </message>
+  <message>
+   <source>exact to the rounding of its numbers</source>
+   <translation>exakt bis auf die Rundung seiner Zahlen</translation>
+  </message>
+  <message>
+   <source>%1: %2 What lies between them is the reader's.</source>
+   <translation>%1: %2 Was dazwischen liegt, bestimmt das lesende Programm.</translation>
+  </message>
+  <message>
+   <source>the table</source>
+   <translation>die Tabelle</translation>
+  </message>
+  <message>
+   <source>Lightarc %1. A table with a relative RMSE of f cos of %2.</source>
+   <translation>Lightarc %1. Eine Tabelle mit einem relativen RMSE von f cos von %2.</translation>
+  </message>
+  <message>
+   <source>Made by Lightarc %1. A fit with a relative RMSE of f cos of %2.</source>
+   <translation>Erzeugt von Lightarc %1. Eine Anpassung mit einem relativen RMSE von f cos von %2.</translation>
+  </message>
+  <message>
+   <source>Made by Lightarc %1.</source>
+   <translation>Erzeugt von Lightarc %1.</translation>
+  </message>
+  <message>
+   <source>a tile of %1 × %2 repeats is not within %3 to %4</source>
+   <translation>eine Kachel aus %1 × %2 Wiederholungen liegt nicht zwischen %3 und %4</translation>
+  </message>
+  <message>
+   <source>at most %1 repeats fit</source>
+   <translation>höchstens %1 Wiederholungen passen</translation>
+  </message>
+  <message>
+   <source>make the material smaller first</source>
+   <translation>das Material zuerst verkleinern</translation>
+  </message>
+  <message>
+   <source>a tile of %1 × %2 texels is too large; %3</source>
+   <translation>eine Kachel von %1 × %2 Texeln ist zu groß; %3</translation>
+  </message>
+  <message>
+   <source>an object with a mask does not repeat; cut a tile out of it (lightarc shade --part)</source>
+   <translation>ein Objekt mit Maske wiederholt sich nicht; eine Kachel herausschneiden</translation>
+  </message>
+  <message>
+   <source>a power law of which some tiles keep their slices cannot be enlarged; build it without them</source>
+   <translation>ein Potenzgesetz, bei dem einige Kacheln ihre Schichten behalten, lässt sich nicht vergrößern; ohne diese erzeugen</translation>
+  </message>
+  <message>
+   <source>enlarging the tile</source>
+   <translation>Kachel wird vergrößert</translation>
+  </message>
+  <message>
+   <source>PBR textures, named and packed for a program</source>
+   <translation>PBR-Texturen, für ein Programm benannt und gepackt</translation>
+  </message>
+  <message>
+   <source>MaterialX: OpenPBR and glTF PBR surfaces</source>
+   <translation>MaterialX: OpenPBR- und glTF-PBR-Oberflächen</translation>
+  </message>
+  <message>
+   <source>glTF: a preview sphere with the material, as .glb</source>
+   <translation>glTF: eine Vorschaukugel mit dem Material, als .glb</translation>
+  </message>
+  <message>
+   <source>USD: a preview sphere with UsdPreviewSurface, as .usdz</source>
+   <translation>USD: eine Vorschaukugel mit UsdPreviewSurface, als .usdz</translation>
+  </message>
+  <message>
+   <source>Blender: a .blend where Blender's module is installed, else a .glb and a script</source>
+   <translation>Blender: ein .blend, wo Blenders Modul installiert ist, sonst ein .glb und ein Skript</translation>
+  </message>
+  <message>
+   <source>GLSL, HLSL and OSL that evaluate the material itself</source>
+   <translation>GLSL, HLSL und OSL, die das Material selbst auswerten</translation>
+  </message>
+  <message>
+   <source>A page for any browser, and one for strict sites</source>
+   <translation>Eine Seite für jeden Browser und eine für strenge Websites</translation>
+  </message>
+  <message>
+   <source>RTI: .ptm, .rti and a tree for web viewers</source>
+   <translation>RTI: .ptm, .rti und ein Baum für Web-Betrachter</translation>
+  </message>
+  <message>
+   <source>BRDF tables (CSV, ALTA, MERL, RGL) and the nearest model</source>
+   <translation>BRDF-Tabellen (CSV, ALTA, MERL, RGL) und das nächste Modell</translation>
+  </message>
+  <message>
+   <source>packing %1</source>
+   <translation>%1 wird gepackt</translation>
+  </message>
+  <message>
+   <source>an error of %1 is not a number from 0 upwards</source>
+   <translation>ein Fehler von %1 ist keine Zahl ab 0</translation>
+  </message>
+  <message>
+   <source>%1 chooses the target: give %2 alone, or targets by name</source>
+   <translation>%1 wählt das Ziel: %2 allein angeben, oder Ziele mit Namen</translation>
+  </message>
+  <message>
+   <source>unknown target %1; choose from %2, or %3 alone</source>
+   <translation>unbekanntes Ziel %1; möglich: %2, oder %3 allein</translation>
+  </message>
+  <message>
+   <source>%1 holds a material from photographs; PBR maps leave as the other targets</source>
+   <translation>%1 enthält ein Material aus Fotos; PBR-Karten gehen als die anderen Ziele hinaus</translation>
+  </message>
+  <message>
+   <source>an RTI file needs light from several sides: give the stack of a dome</source>
+   <translation>eine RTI-Datei braucht Licht von mehreren Seiten: den Stapel einer Kuppel verwenden</translation>
+  </message>
+  <message>
+   <source>no representation keeps an error of %1; this one has the least</source>
+   <translation>keine Darstellung hält einen Fehler von %1 ein; diese hat den kleinsten</translation>
+  </message>
+  <message>
+   <source>where a pixel covers many texels, other programs show highlights up to %1 times too bright: they average normals, and these files cannot hold how far they differ; there, take maps of fewer texels and more roughness</source>
+   <translation>wo ein Pixel viele Texel bedeckt, zeigen andere Programme Glanzlichter bis zu %1-mal zu hell: sie mitteln Normalen, und diese Dateien können deren Streuung nicht enthalten; dort Karten mit weniger Texeln und mehr Rauheit verwenden</translation>
+  </message>
+  <message>
+   <source>the material was cut to a tile, so that it is not compared with the photographs</source>
+   <translation>das Material wurde zu einer Kachel geschnitten und wird deshalb nicht mit den Fotos verglichen</translation>
+  </message>
+  <message>
+   <source>writing images</source>
+   <translation>Bilder werden geschrieben</translation>
+  </message>
+  <message>
+   <source>writing the preview sphere</source>
+   <translation>Vorschaukugel wird geschrieben</translation>
+  </message>
+  <message>
+   <source>clear coat</source>
+   <translation>Klarlack</translation>
+  </message>
+  <message>
+   <source>thin film</source>
+   <translation>dünner Film</translation>
+  </message>
+  <message>
+   <source>colour of highlights</source>
+   <translation>Farbe der Glanzlichter</translation>
+  </message>
+  <message>
+   <source>diffuse roughness</source>
+   <translation>diffuse Rauheit</translation>
+  </message>
+  <message>
+   <source>fuzz is written as sheen, which is another lobe</source>
+   <translation>Flaum wird als Sheen geschrieben, was eine andere Keule ist</translation>
+  </message>
+  <message>
+   <source>the coat has no colour here, and the index 1.5</source>
+   <translation>der Lack hat hier keine Farbe und die Brechzahl 1,5</translation>
+  </message>
+  <message>
+   <source>diffuse roughness and weights of the base are left out</source>
+   <translation>diffuse Rauheit und Gewichte der Grundschicht fehlen</translation>
+  </message>
+  <message>
+   <source>layers are left out: %1</source>
+   <translation>Schichten fehlen: %1</translation>
+  </message>
+  <message>
+   <source>Reference, %1</source>
+   <translation>Referenz, %1</translation>
+  </message>
+  <message>
+   <source>Comparing under %1</source>
+   <translation>Vergleich unter %1</translation>
+  </message>
+  <message>
+   <source>It shows no image of the surface.</source>
+   <translation>Es zeigt kein Bild der Oberfläche.</translation>
+  </message>
+  <message>
+   <source>relative RMSE undefined, as the material is black</source>
+   <translation>relativer RMSE nicht definiert, da das Material schwarz ist</translation>
+  </message>
+  <message>
+   <source>relative RMSE %1</source>
+   <translation>relativer RMSE %1</translation>
+  </message>
+  <message>
+   <source>Error of what these files show, against the material under %1: %2</source>
+   <translation>Fehler dessen, was diese Dateien zeigen, gegenüber dem Material unter %1: %2</translation>
+  </message>
+  <message>
+   <source>; against the photographs: relative RMSE %1</source>
+   <translation>; gegenüber den Fotos: relativer RMSE %1</translation>
+  </message>
+  <message>
+   <source>these files show no image of the surface, so that there is nothing to compare</source>
+   <translation>diese Dateien zeigen kein Bild der Oberfläche, also gibt es nichts zu vergleichen</translation>
+  </message>
+  <message>
+   <source>the photographs</source>
+   <translation>die Fotos</translation>
+  </message>
+  <message>
+   <source>these files show light where the material is black (FLIP %1 under %2)</source>
+   <translation>diese Dateien zeigen Licht, wo das Material schwarz ist (FLIP %1 unter %2)</translation>
+  </message>
+  <message>
+   <source>what these files show is %1 away from the material (relative RMSE under %2)</source>
+   <translation>was diese Dateien zeigen, ist %1 vom Material entfernt (relativer RMSE unter %2)</translation>
+  </message>
+  <message>
+   <source>these are the errors of the power law; the slices beside it are %1 away in GLSL and HLSL</source>
+   <translation>dies sind die Fehler des Potenzgesetzes; die Schichten daneben sind in GLSL und HLSL %1 entfernt</translation>
+  </message>
+  <message>
+   <source>the power law without the tiles that keep their slices is %1 away in HLSL and OSL</source>
+   <translation>das Potenzgesetz ohne die Kacheln, die ihre Schichten behalten, ist in HLSL und OSL %1 entfernt</translation>
+  </message>
+  <message>
+   <source>the power law behind Shader to RGB is %1 away from the material</source>
+   <translation>das Potenzgesetz hinter Shader to RGB ist %1 vom Material entfernt</translation>
+  </message>
+  <message>
+   <source>writing the document</source>
+   <translation>Dokument wird geschrieben</translation>
+  </message>
+  <message>
+   <source>the document</source>
+   <translation>das Dokument</translation>
+  </message>
+  <message>
+   <source>the OpenPBR surface has no ambient occlusion; the glTF PBR surface has it</source>
+   <translation>die OpenPBR-Oberfläche hat keine Umgebungsverdeckung; die glTF-PBR-Oberfläche hat sie</translation>
+  </message>
+  <message>
+   <source>the glTF PBR surface: %1</source>
+   <translation>die glTF-PBR-Oberfläche: %1</translation>
+  </message>
+  <message>
+   <source>the OpenPBR surface: the rotation of the anisotropy is left out</source>
+   <translation>die OpenPBR-Oberfläche: die Drehung der Anisotropie fehlt</translation>
+  </message>
+  <message>
+   <source>hexagonal cells of MaterialX are blended by brightness, not by their histogram as Lightarc draws them</source>
+   <translation>Sechseckzellen von MaterialX werden nach Helligkeit gemischt, nicht nach ihrem Histogramm, wie Lightarc sie zeichnet</translation>
+  </message>
+  <message>
+   <source>Made by Lightarc %1. %2</source>
+   <translation>Erzeugt von Lightarc %1. %2</translation>
+  </message>
+  <message>
+   <source>comparing directions</source>
+   <translation>Richtungen werden verglichen</translation>
+  </message>
+  <message>
+   <source>choosing metallic</source>
+   <translation>Metallanteil wird gewählt</translation>
+  </message>
+  <message>
+   <source>finding the nearest maps</source>
+   <translation>nächste Karten werden gesucht</translation>
+  </message>
+  <message>
+   <source>the material has neither a shading map nor a power law</source>
+   <translation>das Material hat weder eine Schattierungskarte noch ein Potenzgesetz</translation>
+  </message>
+  <message>
+   <source>%1 in the archive is not read: its textures are taken by their names; unpack it to read it</source>
+   <translation>%1 im Archiv wird nicht gelesen: seine Texturen werden nach Namen genommen; zum Lesen entpacken</translation>
+  </message>
+  <message>
+   <source>scene-linear rec.709-srgb</source>
+   <translation>szenenlineares Rec.709-sRGB</translation>
+  </message>
+  <message>
+   <source>Copy the textures beside the document, or name their folder with --search</source>
+   <translation>Die Texturen neben das Dokument kopieren oder ihren Ordner mit --search angeben</translation>
+  </message>
+  <message>
+   <source>Copy the textures beside it, or name their folder with --search</source>
+   <translation>Die Texturen danebenkopieren oder ihren Ordner mit --search angeben</translation>
+  </message>
+  <message>
+   <source>Export it as .glb, or name the folder of its images with --search</source>
+   <translation>Als .glb exportieren oder den Ordner seiner Bilder mit --search angeben</translation>
+  </message>
+  <message>
+   <source>Copy the textures beside it, name their folder with --search, or export it as .usdz</source>
+   <translation>Die Texturen danebenkopieren, ihren Ordner mit --search angeben oder als .usdz exportieren</translation>
+  </message>
+  <message>
+   <source>has no material</source>
+   <translation>hat kein Material</translation>
+  </message>
+  <message>
+   <source>Export it with its materials</source>
+   <translation>Mit seinen Materialien exportieren</translation>
+  </message>
+  <message>
+   <source>Choose one of %1</source>
+   <translation>Eines von %1 wählen</translation>
+  </message>
+  <message>
+   <source>of %1 materials, %2 is taken; %3#NAME chooses another one</source>
+   <translation>von %1 Materialien wird %2 genommen; %3#NAME wählt ein anderes</translation>
+  </message>
+  <message>
+   <source>Copy that as well, or name its folder with --search</source>
+   <translation>Diese mitkopieren oder ihren Ordner mit --search angeben</translation>
+  </message>
+  <message>
+   <source>colours of vertices are passed over on other models</source>
+   <translation>Farben von Eckpunkten entfallen auf anderen Modellen</translation>
+  </message>
+  <message>
+   <source>image %1</source>
+   <translation>Bild %1</translation>
+  </message>
+  <message>
+   <source>names bytes of an image that it does not have</source>
+   <translation>nennt Bytes eines Bildes, die es nicht hat</translation>
+  </message>
+  <message>
+   <source>Put the textures of one material into a folder, named like rock_base_color.png and rock_normal.png</source>
+   <translation>Die Texturen eines Materials in einen Ordner legen, benannt wie rock_base_color.png und rock_normal.png</translation>
+  </message>
+  <message>
+   <source>holds no base colour among its images</source>
+   <translation>enthält unter seinen Bildern keine Grundfarbe</translation>
+  </message>
+  <message>
+   <source>no texture says these, which are taken as %1</source>
+   <translation>diese gibt keine Textur an; angenommen wird %1</translation>
+  </message>
+  <message>
+   <source>%1%2: named for no map that is drawn, and passed over</source>
+   <translation>%1%2: für keine gezeichnete Karte benannt, entfällt</translation>
+  </message>
+  <message>
+   <source>the record</source>
+   <translation>die Aufzeichnung</translation>
+  </message>
+  <message>
+   <source>%1 and %2 more</source>
+   <translation>%1 und %2 weitere</translation>
+  </message>
+  <message>
+   <source>holds a set of UDIM tiles (%1), of which one is read at a time</source>
+   <translation>enthält einen Satz von UDIM-Kacheln (%1), von denen nur eine auf einmal gelesen wird</translation>
+  </message>
+  <message>
+   <source>Put the textures of one tile into a folder of its own</source>
+   <translation>Die Texturen einer Kachel in einen eigenen Ordner legen</translation>
+  </message>
+  <message>
+   <source>holds several images for %1 (%2)</source>
+   <translation>enthält mehrere Bilder für %1 (%2)</translation>
+  </message>
+  <message>
+   <source>textures have texture coordinates of their own (texCoord or a transform), of which those of the first are taken for all</source>
+   <translation>Texturen haben eigene Texturkoordinaten (texCoord oder eine Transformation); die der ersten gelten für alle</translation>
+  </message>
+  <message>
+   <source>the texture coordinates that its textures ask for are those of its own model alone</source>
+   <translation>die von den Texturen verlangten Texturkoordinaten hat nur das eigene Modell</translation>
+  </message>
+  <message>
+   <source>is to be shown without light; it is drawn as a diffuse surface of its colour</source>
+   <translation>soll ohne Licht gezeigt werden; es wird als diffuse Oberfläche seiner Farbe gezeichnet</translation>
+  </message>
+  <message>
+   <source>light that goes through the surface is lost</source>
+   <translation>Licht, das durch die Oberfläche geht, entfällt</translation>
+  </message>
+  <message>
+   <source>transmissionTexture is passed over</source>
+   <translation>transmissionTexture entfällt</translation>
+  </message>
+  <message>
+   <source>%1 is passed over</source>
+   <translation>%1 entfällt</translation>
+  </message>
+  <message>
+   <source>highlights of dielectrics have a colour, which is taken as grey</source>
+   <translation>Glanzlichter von Nichtleitern haben eine Farbe, die als Grau gilt</translation>
+  </message>
+  <message>
+   <source>the strength %1 of the occlusion is passed over</source>
+   <translation>die Stärke %1 der Verdeckung entfällt</translation>
+  </message>
+  <message>
+   <source>%1 is not drawn</source>
+   <translation>%1 wird nicht gezeichnet</translation>
+  </message>
+  <message>
+   <source>has %1 images, which are not read</source>
+   <translation>hat %1-Bilder, die nicht gelesen werden</translation>
+  </message>
+  <message>
+   <source>Export it with PNG or JPEG</source>
+   <translation>Mit PNG oder JPEG exportieren</translation>
+  </message>
+  <message>
+   <source>has an image without content</source>
+   <translation>hat ein Bild ohne Inhalt</translation>
+  </message>
+  <message>
+   <source>names one of its %1 that it does not have</source>
+   <translation>nennt eines der %1, das es nicht hat</translation>
+  </message>
+  <message>
+   <source>has an entry of %1 that is none</source>
+   <translation>hat einen Eintrag von %1, der keiner ist</translation>
+  </message>
+  <message>
+   <source>has an image within its text that is damaged</source>
+   <translation>hat im Text ein beschädigtes Bild</translation>
+  </message>
+  <message>
+   <source>has an impossible %1</source>
+   <translation>hat unmöglich: %1</translation>
+  </message>
+  <message>
+   <source>the text</source>
+   <translation>der Text</translation>
+  </message>
+  <message>
+   <source>is an incomplete .glb</source>
+   <translation>ist ein unvollständiges .glb</translation>
+  </message>
+  <message>
+   <source>is an incomplete .glb, or of another version</source>
+   <translation>ist ein unvollständiges .glb oder von anderer Version</translation>
+  </message>
+  <message>
+   <source>its first chunk</source>
+   <translation>sein erster Block</translation>
+  </message>
+  <message>
+   <source>is not glTF</source>
+   <translation>ist kein glTF</translation>
+  </message>
+  <message>
+   <source>requires the extension %1, which is not known</source>
+   <translation>verlangt die unbekannte Erweiterung %1</translation>
+  </message>
+  <message>
+   <source>Export it without that</source>
+   <translation>Ohne das exportieren</translation>
+  </message>
+  <message>
+   <source>sheen is drawn as OpenPBR's fuzz</source>
+   <translation>Sheen wird als Flaum von OpenPBR gezeichnet</translation>
+  </message>
+  <message>
+   <source>clear coat is drawn as OpenPBR's coat</source>
+   <translation>Klarlack wird als Lack von OpenPBR gezeichnet</translation>
+  </message>
+  <message>
+   <source>has no surface that is read</source>
+   <translation>hat keine Oberfläche, die gelesen wird</translation>
+  </message>
+  <message>
+   <source>defines entities, which no MaterialX document needs</source>
+   <translation>definiert Entitäten, die kein MaterialX-Dokument braucht</translation>
+  </message>
+  <message>
+   <source>is not valid XML (%1)</source>
+   <translation>ist kein gültiges XML (%1)</translation>
+  </message>
+  <message>
+   <source>is not a MaterialX document</source>
+   <translation>ist kein MaterialX-Dokument</translation>
+  </message>
+  <message>
+   <source>Give a .mtlx file</source>
+   <translation>Eine .mtlx-Datei angeben</translation>
+  </message>
+  <message>
+   <source>of %1 surfaces, %2 (%3) is taken</source>
+   <translation>von %1 Oberflächen wird %2 (%3) genommen</translation>
+  </message>
+  <message>
+   <source>a constant %1 is passed over</source>
+   <translation>die Konstante %1 entfällt</translation>
+  </message>
+  <message>
+   <source>%1 %2 not drawn</source>
+   <translation>%1 %2 nicht gezeichnet</translation>
+  </message>
+  <message>
+   <source>light that is scattered below the surface leaves where it came, as from a diffuse one</source>
+   <translation>unter der Oberfläche gestreutes Licht tritt dort aus, wo es eintrat, wie bei einer diffusen</translation>
+  </message>
+  <message>
+   <source>%1 is mixed with an image, which is passed over</source>
+   <translation>%1 ist mit einem Bild gemischt, das entfällt</translation>
+  </message>
+  <message>
+   <source>the image of %1 is passed over</source>
+   <translation>das Bild von %1 entfällt</translation>
+  </message>
+  <message>
+   <source>the image of %1 is passed over, and %2 taken</source>
+   <translation>das Bild von %1 entfällt, genommen wird %2</translation>
+  </message>
+  <message>
+   <source>%1 comes from nodes that are not read, and its default is taken</source>
+   <translation>%1 kommt aus Knoten, die nicht gelesen werden; der Vorgabewert gilt</translation>
+  </message>
+  <message>
+   <source>has %1 numbers for %2</source>
+   <translation>hat %1 Zahlen für %2</translation>
+  </message>
+  <message>
+   <source>has nodes that lead to each other without end</source>
+   <translation>hat Knoten, die endlos aufeinander verweisen</translation>
+  </message>
+  <message>
+   <source>%1 of texture coordinates %2 passed over</source>
+   <translation>%1 der Texturkoordinaten %2 nicht berücksichtigt</translation>
+  </message>
+  <message>
+   <source>%1 states no colour space, and is taken as linear Rec.709</source>
+   <translation>%1 gibt keinen Farbraum an und gilt als lineares Rec.709</translation>
+  </message>
+  <message>
+   <source>hexagonal tiling</source>
+   <translation>Sechseckkachelung</translation>
+  </message>
+  <message>
+   <source>the node %1</source>
+   <translation>der Knoten %1</translation>
+  </message>
+  <message>
+   <source>states the colour space %1, which is not known</source>
+   <translation>gibt den unbekannten Farbraum %1 an</translation>
+  </message>
+  <message>
+   <source>Save it in lin_rec709, srgb_texture or acescg</source>
+   <translation>In lin_rec709, srgb_texture oder acescg speichern</translation>
+  </message>
+  <message>
+   <source>has an impossible value (%1)</source>
+   <translation>hat einen unmöglichen Wert (%1)</translation>
+  </message>
+  <message>
+   <source>a clear coat</source>
+   <translation>ein Klarlack</translation>
+  </message>
+  <message>
+   <source>a filter of transmitted light</source>
+   <translation>ein Filter durchgelassenen Lichts</translation>
+  </message>
+  <message>
+   <source>Export the model with its materials</source>
+   <translation>Das Modell mit seinen Materialien exportieren</translation>
+  </message>
+  <message>
+   <source>has an impossible %1 (%2)</source>
+   <translation>hat unmöglich: %1 (%2)</translation>
+  </message>
+  <message>
+   <source>%1 of %2 is passed over</source>
+   <translation>%1 von %2 entfällt</translation>
+  </message>
+  <message>
+   <source>the relief of %1 is not drawn</source>
+   <translation>das Relief von %1 wird nicht gezeichnet</translation>
+  </message>
+  <message>
+   <source>is drawn without its materials: it %1</source>
+   <translation>wird ohne seine Materialien gezeichnet: es %1</translation>
+  </message>
+  <message>
+   <source>holds textures that are not read (%1)</source>
+   <translation>enthält Texturen, die nicht gelesen werden (%1)</translation>
+  </message>
+  <message>
+   <source>is a texture that is not read (%1)</source>
+   <translation>ist eine Textur, die nicht gelesen wird (%1)</translation>
+  </message>
+  <message>
+   <source>is not a PTM or HSH file</source>
+   <translation>ist keine PTM- oder HSH-Datei</translation>
+  </message>
+  <message>
+   <source>Give a file that begins with PTM_1.2 or #HSH1.2</source>
+   <translation>Eine Datei angeben, die mit PTM_1.2 oder #HSH1.2 beginnt</translation>
+  </message>
+  <message>
+   <source>is no glTF file, of which #NAME chooses a material</source>
+   <translation>ist keine glTF-Datei, von der #NAME ein Material wählt</translation>
+  </message>
+  <message>
+   <source>Leave out #%1</source>
+   <translation>#%1 weglassen</translation>
+  </message>
+  <message>
+   <source>names no library of materials (mtllib)</source>
+   <translation>nennt keine Materialbibliothek (mtllib)</translation>
+  </message>
+  <message>
+   <source>Export it as PTM_FORMAT_RGB, or as HSH</source>
+   <translation>Als PTM_FORMAT_RGB oder als HSH exportieren</translation>
+  </message>
+  <message>
+   <source>reading planes</source>
+   <translation>Ebenen werden gelesen</translation>
+  </message>
+  <message>
+   <source>looking for the brightest image</source>
+   <translation>hellstes Bild wird gesucht</translation>
+  </message>
+  <message>
+   <source>is black under light from every side</source>
+   <translation>ist unter Licht von jeder Seite schwarz</translation>
+  </message>
+  <message>
+   <source>Check how it was made</source>
+   <translation>Prüfen, wie es entstanden ist</translation>
+  </message>
+  <message>
+   <source>is a PTM of the version %1, which is not read</source>
+   <translation>ist ein PTM der Version %1, die nicht gelesen wird</translation>
+  </message>
+  <message>
+   <source>Export it as PTM 1.2</source>
+   <translation>Als PTM 1.2 exportieren</translation>
+  </message>
+  <message>
+   <source>is a PTM of the format %1, which is not read</source>
+   <translation>ist ein PTM des Formats %1, das nicht gelesen wird</translation>
+  </message>
+  <message>
+   <source>ends after %1 of %2 bytes of its planes</source>
+   <translation>endet nach %1 von %2 Bytes seiner Ebenen</translation>
+  </message>
+  <message>
+   <source>is a PTM with planes that are predicted in motion, which are not read</source>
+   <translation>ist ein PTM mit bewegungsprädizierten Ebenen, die nicht gelesen werden</translation>
+  </message>
+  <message>
+   <source>says of planes in which order they are made, and not of all</source>
+   <translation>nennt die Reihenfolge, in der Ebenen entstehen, nicht von allen</translation>
+  </message>
+  <message>
+   <source>predicts a plane from one that comes after it</source>
+   <translation>sagt eine Ebene aus einer voraus, die nach ihr kommt</translation>
+  </message>
+  <message>
+   <source>has corrections of a plane that are cut off</source>
+   <translation>hat abgeschnittene Korrekturen einer Ebene</translation>
+  </message>
+  <message>
+   <source>corrects texels that it does not have</source>
+   <translation>korrigiert Texel, die es nicht hat</translation>
+  </message>
+  <message>
+   <source>has a plane of more than 8 bits</source>
+   <translation>hat eine Ebene mit mehr als 8 Bit</translation>
+  </message>
+  <message>
+   <source>Export its planes as JPEG or PNG with 8 bits</source>
+   <translation>Seine Ebenen als JPEG oder PNG mit 8 Bit exportieren</translation>
+  </message>
+  <message>
+   <source>has a plane of %1 texels, and says %2 × %3</source>
+   <translation>hat eine Ebene mit %1 Texeln und gibt %2 × %3 an</translation>
+  </message>
+  <message>
+   <source>holds terms of the kind %1, which is not read</source>
+   <translation>enthält Terme der Art %1, die nicht gelesen wird</translation>
+  </message>
+  <message>
+   <source>Export it as HSH or PTM</source>
+   <translation>Als HSH oder PTM exportieren</translation>
+  </message>
+  <message>
+   <source>has terms that are not a byte for each of R, G and B</source>
+   <translation>hat Terme, die nicht ein Byte für je R, G und B sind</translation>
+  </message>
+  <message>
+   <source>Export it as HSH, RGB, 8 bits</source>
+   <translation>Als HSH, RGB, 8 Bit exportieren</translation>
+  </message>
+  <message>
+   <source>has %1 terms, which are read up to 16, and of a PTM 6</source>
+   <translation>hat %1 Terme; gelesen werden bis zu 16, von einem PTM 6</translation>
+  </message>
+  <message>
+   <source>Export it with fewer</source>
+   <translation>Mit weniger exportieren</translation>
+  </message>
+  <message>
+   <source>ends after %1 of %2 bytes of its terms</source>
+   <translation>endet nach %1 von %2 Bytes seiner Terme</translation>
+  </message>
+  <message>
+   <source>has more than %1 MiB of numbers</source>
+   <translation>hat mehr als %1 MiB an Zahlen</translation>
+  </message>
+  <message>
+   <source>is a tree of the type %1, which is not read</source>
+   <translation>ist ein Baum des Typs %1, der nicht gelesen wird</translation>
+  </message>
+  <message>
+   <source>Export it as ptm or hsh</source>
+   <translation>Als ptm oder hsh exportieren</translation>
+  </message>
+  <message>
+   <source>is a tree of the type %1 in the colours %2, which are not read</source>
+   <translation>ist ein Baum des Typs %1 in den Farben %2, die nicht gelesen werden</translation>
+  </message>
+  <message>
+   <source>Export it in %1</source>
+   <translation>In %1 exportieren</translation>
+  </message>
+  <message>
+   <source>has %1 planes, which are read by three, and up to %2</source>
+   <translation>hat %1 Ebenen; gelesen werden sie zu dritt und bis zu %2</translation>
+  </message>
+  <message>
+   <source>has %1 terms of the type %2, which has %3</source>
+   <translation>hat %1 Terme des Typs %2, der %3 hat</translation>
+  </message>
+  <message>
+   <source>needs plane_%1.jpg or plane_%2.png beside it, which is not there</source>
+   <translation>braucht plane_%1.jpg oder plane_%2.png daneben, das nicht da ist</translation>
+  </message>
+  <message>
+   <source>Copy the whole folder, or export its planes as images without tiles</source>
+   <translation>Den ganzen Ordner kopieren oder seine Ebenen als Bilder ohne Kacheln exportieren</translation>
+  </message>
+  <message>
+   <source>states no lights above the sample that photographs could have</source>
+   <translation>gibt keine Lichter über der Probe an, die Fotos haben könnten</translation>
+  </message>
+  <message>
+   <source>states a range of 0</source>
+   <translation>gibt einen Bereich von 0 an</translation>
+  </message>
+  <message>
+   <source>has a header that is cut off</source>
+   <translation>hat einen abgeschnittenen Kopf</translation>
+  </message>
+  <message>
+   <source>has %1 in its header in place of a number</source>
+   <translation>hat %1 in seinem Kopf anstelle einer Zahl</translation>
+  </message>
+  <message>
+   <source>has more numbers in its header than it needs</source>
+   <translation>hat mehr Zahlen in seinem Kopf, als es braucht</translation>
+  </message>
+  <message>
+   <source>states numbers that are not finite, or too large</source>
+   <translation>gibt Zahlen an, die nicht endlich oder zu groß sind</translation>
+  </message>
+  <message>
+   <source>does not state %1 numbers as its %2</source>
+   <translation>gibt keine %1 Zahlen an für: %2</translation>
+  </message>
+  <message>
+   <source>states %1 in place of a whole number</source>
+   <translation>gibt %1 anstelle einer ganzen Zahl an</translation>
+  </message>
+  <message>
+   <source>making maps</source>
+   <translation>Karten werden erzeugt</translation>
+  </message>
+  <message>
+   <source>%1: another size than %2 × %3 texels, brought to it</source>
+   <translation>%1: andere Größe als %2 × %3 Texel, darauf gebracht</translation>
+  </message>
+  <message>
+   <source>%1 × %2 texels are taken at %3 × %4, the most that is kept</source>
+   <translation>%1 × %2 Texel werden mit %3 × %4 genommen, dem Höchsten, was behalten wird</translation>
+  </message>
+  <message>
+   <source>base colour</source>
+   <translation>Grundfarbe</translation>
+  </message>
+  <message>
+   <source>%1 is outside 0 … 1 in %2 of the texels, and clamped</source>
+   <translation>%1 liegt in %2 der Texel außerhalb von 0 … 1 und wird begrenzt</translation>
+  </message>
+  <message>
+   <source>up (OpenGL)</source>
+   <translation>nach oben (OpenGL)</translation>
+  </message>
+  <message>
+   <source>down (DirectX)</source>
+   <translation>nach unten (DirectX)</translation>
+  </message>
+  <message>
+   <source>by its slopes</source>
+   <translation>den Steigungen nach</translation>
+  </message>
+  <message>
+   <source>because nothing says otherwise</source>
+   <translation>weil nichts anderes angegeben ist</translation>
+  </message>
+  <message>
+   <source>y of the normals is taken to point %1, %2</source>
+   <translation>y der Normalen zeigt %1, %2</translation>
+  </message>
+  <message>
+   <source>the normals are called %1, but their slopes look like those of %2</source>
+   <translation>die Normalen heißen %1, aber ihre Steigungen sehen aus wie die von %2</translation>
+  </message>
+  <message>
+   <source>holds no %1</source>
+   <translation>enthält kein %1</translation>
+  </message>
+  <message>
+   <source>holds several of %1 (%2)</source>
+   <translation>enthält mehrere von %1 (%2)</translation>
+  </message>
+  <message>
+   <source>the surface of %1 is not read (%2), and drawn white</source>
+   <translation>die Oberfläche von %1 wird nicht gelesen (%2) und weiß gezeichnet</translation>
+  </message>
+  <message>
+   <source>textures have texture coordinates of their own, of which those of the first are taken</source>
+   <translation>Texturen haben eigene Texturkoordinaten; die der ersten gelten</translation>
+  </message>
+  <message>
+   <source>has a material of more than %1 shaders</source>
+   <translation>hat ein Material mit mehr als %1 Shadern</translation>
+  </message>
+  <message>
+   <source>scale and bias of the texture of %1 are passed over</source>
+   <translation>Skalierung und Versatz der Textur von %1 entfallen</translation>
+  </message>
+  <message>
+   <source>textures repeat, where %1 is stated</source>
+   <translation>Texturen wiederholen sich, wo %1 angegeben ist</translation>
+  </message>
+  <message>
+   <source>has no image %1</source>
+   <translation>hat kein Bild %1</translation>
+  </message>
+  <message>
+   <source>is a damaged package</source>
+   <translation>ist ein beschädigtes Paket</translation>
+  </message>
+  <message>
+   <source>fitting polynomials</source>
+   <translation>Polynome werden angepasst</translation>
+  </message>
+  <message>
+   <source>fitting harmonics</source>
+   <translation>Kugelfunktionen werden angepasst</translation>
+  </message>
+  <message>
+   <source>relighting each file</source>
+   <translation>jede Datei wird neu beleuchtet</translation>
+  </message>
+  <message>
+   <source>relative RMSE of the files against the images that they were fitted to: %1</source>
+   <translation>relativer RMSE der Dateien gegenüber den Bildern, an die sie angepasst wurden: %1</translation>
+  </message>
+  <message>
+   <source>%1 (These errors are those of %2.rti.)</source>
+   <translation>%1 (Das sind die Fehler von %2.rti.)</translation>
+  </message>
+  <message>
+   <source>%1
+%2%3.
+The header of a PTM has no place for this.
+</source>
+   <translation>%1
+%2%3.
+Der Kopf eines PTM hat dafür keinen Platz.
+</translation>
+  </message>
+  <message>
+   <source>RTI files show one viewer, straight above</source>
+   <translation>RTI-Dateien zeigen einen Betrachter, senkrecht darüber</translation>
+  </message>
+  <message>
+   <source>the errors above are those of %1.rti; %2</source>
+   <translation>die Fehler oben sind die von %1.rti; %2</translation>
+  </message>
+  <message>
+   <source>fitting terms</source>
+   <translation>Terme werden angepasst</translation>
+  </message>
+  <message>
+   <source>power law alone</source>
+   <translation>nur Potenzgesetz</translation>
+  </message>
+  <message>
+   <source>shaders look up a map, and this material has none</source>
+   <translation>Shader tasten eine Karte ab, und dieses Material hat keine</translation>
+  </message>
+  <message>
+   <source>writing shaders</source>
+   <translation>Shader werden geschrieben</translation>
+  </message>
+  <message>
+   <source>tiles that keep their slices are looked up by the GLSL alone, and shown by the power law else</source>
+   <translation>Kacheln, die ihre Schichten behalten, tastet nur das GLSL ab; sonst zeigt sie das Potenzgesetz</translation>
+  </message>
+  <message>
+   <source>the material has no power law, which the OSL looks up; GLSL and HLSL look its slices up</source>
+   <translation>das Material hat kein Potenzgesetz, das das OSL abtastet; GLSL und HLSL tasten seine Schichten ab</translation>
+  </message>
+  <message>
+   <source>a width of %1 mm is not within %2 to %3 mm</source>
+   <translation>eine Breite von %1 mm liegt nicht zwischen %2 und %3 mm</translation>
+  </message>
+  <message>
+   <source>the BRDF is a fit of the measured one, %1 away (relative RMSE of f cos)</source>
+   <translation>die BRDF ist eine Anpassung der gemessenen, %1 entfernt (relativer RMSE von f cos)</translation>
+  </message>
+  <message>
+   <source>Blender (.blend)</source>
+   <translation>Blender (.blend)</translation>
+  </message>
+  <message>
+   <source>Two materials, PBR and the power law, in an asset library that Blender opens</source>
+   <translation>Zwei Materialien, PBR und das Potenzgesetz, in einer Asset-Bibliothek, die Blender öffnet</translation>
+  </message>
+  <message>
+   <source>Blender (.glb and script)</source>
+   <translation>Blender (.glb und Skript)</translation>
+  </message>
+  <message>
+   <source>A .glb that Blender opens, and a script with which Blender makes the .blend; Blender's module is not here</source>
+   <translation>Ein .glb, das Blender öffnet, und ein Skript, mit dem Blender das .blend anlegt; Blenders Modul fehlt hier</translation>
+  </message>
+  <message>
+   <source>Base colour, normal, roughness and the like, named and packed for a program</source>
+   <translation>Grundfarbe, Normale, Rauheit und Ähnliches, für ein Programm benannt und gepackt</translation>
+  </message>
+  <message>
+   <source>OpenPBR and glTF PBR surfaces as .mtlx</source>
+   <translation>OpenPBR- und glTF-PBR-Oberflächen als .mtlx</translation>
+  </message>
+  <message>
+   <source>A preview sphere with the material as .glb, for the web and engines</source>
+   <translation>Eine Vorschaukugel mit dem Material als .glb, für das Web und Engines</translation>
+  </message>
+  <message>
+   <source>A preview sphere with UsdPreviewSurface as .usdz, for pipelines and Quick Look</source>
+   <translation>Eine Vorschaukugel mit UsdPreviewSurface als .usdz, für Pipelines und Quick Look</translation>
+  </message>
+  <message>
+   <source>Shaders</source>
+   <translation>Shader</translation>
+  </message>
+  <message>
+   <source>A page with a light to drag, for any browser and for strict sites</source>
+   <translation>Eine Seite mit beweglichem Licht, für jeden Browser und für strenge Websites</translation>
+  </message>
+  <message>
+   <source>.ptm, .rti and a tree for web viewers, for conservators</source>
+   <translation>.ptm, .rti und ein Baum für Web-Betrachter, für Restauratoren</translation>
+  </message>
+  <message>
+   <source>BRDF tables</source>
+   <translation>BRDF-Tabellen</translation>
+  </message>
+  <message>
+   <source>CSV, ALTA, MERL, RGL, and the nearest model as MaterialX</source>
+   <translation>CSV, ALTA, MERL, RGL und das nächste Modell als MaterialX</translation>
+  </message>
+  <message>
+   <source>no height: the slopes of the surface were not observed</source>
+   <translation>keine Höhe: die Steigungen der Oberfläche waren nicht sichtbar</translation>
+  </message>
+  <message>
+   <source>no ambient occlusion: the relief of the surface was not observed</source>
+   <translation>keine Umgebungsverdeckung: das Relief der Oberfläche war nicht sichtbar</translation>
+  </message>
+  <message>
+   <source>no cavity: the material has no power law</source>
+   <translation>keine Vertiefungskarte: das Material hat kein Potenzgesetz</translation>
+  </message>
+  <message>
+   <source>no height: the material came without one</source>
+   <translation>keine Höhe: das Material kam ohne</translation>
+  </message>
+  <message>
+   <source>no ambient occlusion: the material came without it</source>
+   <translation>keine Umgebungsverdeckung: das Material kam ohne</translation>
+  </message>
+  <message>
+   <source>no cavity: the material came without one</source>
+   <translation>keine Vertiefungskarte: das Material kam ohne</translation>
+  </message>
+  <message>
+   <source>no height: it is measured on photographs of these texels, and none were given</source>
+   <translation>keine Höhe: sie wird an Fotos dieser Texel gemessen, und es gibt keine</translation>
+  </message>
+  <message>
+   <source>no ambient occlusion: it is measured on photographs of these texels, and none were given</source>
+   <translation>keine Umgebungsverdeckung: sie wird an Fotos dieser Texel gemessen, und es gibt keine</translation>
+  </message>
+  <message>
+   <source>ambient occlusion</source>
+   <translation>Umgebungsverdeckung</translation>
+  </message>
+  <message>
+   <source>f0 of a full specular level</source>
+   <translation>F0 bei vollem Spiegelpegel</translation>
+  </message>
+  <message>
+   <source>choosing textures</source>
+   <translation>Texturen werden gewählt</translation>
+  </message>
+  <message>
+   <source>base colours are in %1, as their chromaticities say: choose %2 for this image in the program</source>
+   <translation>Grundfarben sind in %1, wie ihre Farbarten sagen: für dieses Bild im Programm %2 wählen</translation>
+  </message>
+  <message>
+   <source>these textures hold no f0, and importers take 0.04</source>
+   <translation>diese Texturen enthalten kein F0, und Importe nehmen 0,04</translation>
+  </message>
+  <message>
+   <source>f0 is up to %1, of which a specular level says 0.08</source>
+   <translation>F0 reicht bis %1, wovon ein Spiegelpegel 0,08 angibt</translation>
+  </message>
+  <message>
+   <source>unknown preset %1; choose from %2</source>
+   <translation>unbekannte Voreinstellung %1; möglich: %2</translation>
+  </message>
+  <message>
+   <source>normals are flat: lamps on one arc do not show the side that a slope faces</source>
+   <translation>Normalen sind flach: Lampen auf einem Bogen zeigen nicht, wohin eine Steigung weist</translation>
+  </message>
+  <message>
+   <source>normals are flat: they are measured on photographs of these texels, and none were given</source>
+   <translation>Normalen sind flach: sie werden an Fotos dieser Texel gemessen, und es gibt keine</translation>
+  </message>
+  <message>
+   <source>normals tilt along the arc of the lamps alone</source>
+   <translation>Normalen neigen sich nur längs des Bogens der Lampen</translation>
+  </message>
+  <message>
+   <source>the height has %1 regions, and the steps between them are unknown</source>
+   <translation>die Höhe hat %1 Bereiche, und die Stufen dazwischen sind unbekannt</translation>
+  </message>
+  <message>
+   <source>up to a third darker where light between facets is left out, as in plain glTF</source>
+   <translation>bis zu einem Drittel dunkler, wo Licht zwischen Facetten fehlt, wie in einfachem glTF</translation>
+  </message>
+  <message>
+   <source>up to half brighter where light between facets is added, as three.js does</source>
+   <translation>bis zur Hälfte heller, wo Licht zwischen Facetten hinzukommt, wie bei three.js</translation>
+  </message>
+  <message>
+   <source>rough metal looks %1</source>
+   <translation>raues Metall sieht %1 aus</translation>
+  </message>
+  <message>
+   <source>left out: %1</source>
+   <translation>weggelassen: %1</translation>
+  </message>
+  <message>
+   <source>f0 varies, and %1 states its mean, %2</source>
+   <translation>F0 variiert, und %1 nennt das Mittel, %2</translation>
+  </message>
+  <message>
+   <source>the layer</source>
+   <translation>die Schicht</translation>
+  </message>
+  <message>
+   <source>UsdPreviewSurface has no %1; the layer of MaterialX has</source>
+   <translation>UsdPreviewSurface hat kein %1; die Schicht von MaterialX hat es</translation>
+  </message>
+  <message>
+   <source>writing the page</source>
+   <translation>Seite wird geschrieben</translation>
+  </message>
+  <message>
+   <source>the page holds %1 in 16 bits</source>
+   <translation>die Seite enthält %1 in 16 Bit</translation>
+  </message>
+  <message>
+   <source>the weights of its planes</source>
+   <translation>die Gewichte ihrer Ebenen</translation>
+  </message>
+  <message>
+   <source>its maps</source>
+   <translation>ihre Karten</translation>
+  </message>
+  <message>
+   <source>beyond %1 texels a side the page shows averages, and finer texels in tiles of 8 bits</source>
+   <translation>ab %1 Texeln je Kante zeigt die Seite Mittelwerte, feinere Texel in Kacheln mit 8 Bit</translation>
+  </message>
+ </context>
+ <context>
   <name>several</name>
   <message>
    <source>%1 points…</source>
@@ -9075,10 +18181,6 @@ MIT-Lizenz.</translation>
    <translation>%1 Einstellungen bei %2 × %3</translation>
   </message>
   <message>
-   <source>%1 settings measured</source>
-   <translation>%1 Einstellungen gemessen</translation>
-  </message>
-  <message>
    <source>pays off after %1 frames against the reference</source>
    <translation>lohnt sich gegenüber der Referenz nach %1 Bildern</translation>
   </message>
@@ -9098,48 +18200,12 @@ MIT-Lizenz.</translation>
    <translation>Sigma</translation>
   </message>
   <message>
-   <source>Fraction of the light that is reflected.</source>
-   <translation>Anteil des reflektierten Lichts.</translation>
-  </message>
-  <message>
-   <source>Reflectance of the facets.</source>
-   <translation>Reflexionsgrad der Facetten.</translation>
-  </message>
-  <message>
-   <source>Standard deviation of the facets' slope angle.</source>
-   <translation>Standardabweichung der Neigungswinkel der Facetten.</translation>
-  </message>
-  <message>
-   <source>Diffuse reflectance.</source>
-   <translation>Diffuser Reflexionsgrad.</translation>
-  </message>
-  <message>
-   <source>Strength of the highlight.</source>
-   <translation>Stärke des Glanzlichts.</translation>
-  </message>
-  <message>
-   <source>Weight along the surface; negative is forward, positive back.</source>
-   <translation>Gewicht längs der Fläche; negativ ist vorwärts, positiv zurück.</translation>
-  </message>
-  <message>
-   <source>Weight along the normal; only its ratio to the other counts.</source>
-   <translation>Gewicht längs der Normalen; nur das Verhältnis zum anderen zählt.</translation>
-  </message>
-  <message>
-   <source>Sharpness of the highlight.</source>
-   <translation>Schärfe des Glanzlichts.</translation>
-  </message>
-  <message>
    <source>First lobe along the surface. </source>
    <translation>Erste Keule längs der Fläche. </translation>
   </message>
   <message>
    <source>First lobe along the normal. </source>
    <translation>Erste Keule längs der Normalen. </translation>
-  </message>
-  <message>
-   <source>Sharpness of the first lobe.</source>
-   <translation>Schärfe der ersten Keule.</translation>
   </message>
   <message>
    <source>Second lobe along the surface. </source>
@@ -9150,20 +18216,12 @@ MIT-Lizenz.</translation>
    <translation>Zweite Keule längs der Normalen. </translation>
   </message>
   <message>
-   <source>Sharpness of the second lobe.</source>
-   <translation>Schärfe der zweiten Keule.</translation>
-  </message>
-  <message>
    <source>Third lobe along the surface. </source>
    <translation>Dritte Keule längs der Fläche. </translation>
   </message>
   <message>
    <source>Third lobe along the normal. </source>
    <translation>Dritte Keule längs der Normalen. </translation>
-  </message>
-  <message>
-   <source>Sharpness of the third lobe.</source>
-   <translation>Schärfe der dritten Keule.</translation>
   </message>
   <message>
    <source>Alpha</source>
@@ -9176,62 +18234,6 @@ MIT-Lizenz.</translation>
   <message>
    <source>Alpha y</source>
    <translation>Alpha y</translation>
-  </message>
-  <message>
-   <source>Root mean square slope of the facets.</source>
-   <translation>Quadratischer Mittelwert der Steigung der Facetten.</translation>
-  </message>
-  <message>
-   <source>Reflectance of the facets at normal incidence.</source>
-   <translation>Reflexionsgrad der Facetten bei senkrechtem Einfall.</translation>
-  </message>
-  <message>
-   <source>Width of the highlight.</source>
-   <translation>Breite des Glanzlichts.</translation>
-  </message>
-  <message>
-   <source>Reflectance at normal incidence.</source>
-   <translation>Reflexionsgrad bei senkrechtem Einfall.</translation>
-  </message>
-  <message>
-   <source>Width along the tangent.</source>
-   <translation>Breite längs der Tangente.</translation>
-  </message>
-  <message>
-   <source>Width across the tangent.</source>
-   <translation>Breite quer zur Tangente.</translation>
-  </message>
-  <message>
-   <source>Colour of the diffuse part, or of the metal.</source>
-   <translation>Farbe des diffusen Anteils oder des Metalls.</translation>
-  </message>
-  <message>
-   <source>0 for dielectrics, 1 for metals.</source>
-   <translation>0 für Nichtleiter, 1 für Metalle.</translation>
-  </message>
-  <message>
-   <source>Root of the width of the highlight.</source>
-   <translation>Wurzel der Breite des Glanzlichts.</translation>
-  </message>
-  <message>
-   <source>Share of the light scattered again between facets that is added: 0 in glTF, 1 in full.</source>
-   <translation>Anteil des zwischen Facetten mehrfach gestreuten Lichts, der hinzukommt: 0 in glTF, 1 ganz.</translation>
-  </message>
-  <message>
-   <source>Diffuse reflectance under the highlight.</source>
-   <translation>Diffuser Reflexionsgrad unter dem Glanzlicht.</translation>
-  </message>
-  <message>
-   <source>Reflectance of the highlight at normal incidence.</source>
-   <translation>Reflexionsgrad des Glanzlichts bei senkrechtem Einfall.</translation>
-  </message>
-  <message>
-   <source>Sharpness along the tangent.</source>
-   <translation>Schärfe längs der Tangente.</translation>
-  </message>
-  <message>
-   <source>Sharpness across the tangent.</source>
-   <translation>Schärfe quer zur Tangente.</translation>
   </message>
   <message>
    <source>Base weight</source>
@@ -9314,82 +18316,6 @@ MIT-Lizenz.</translation>
    <translation>Lack-Anisotropie</translation>
   </message>
   <message>
-   <source>Factor on the diffuse and the metallic base.</source>
-   <translation>Faktor auf die diffuse und die metallische Grundschicht.</translation>
-  </message>
-  <message>
-   <source>Roughness of the diffuse part.</source>
-   <translation>Rauheit des diffusen Anteils.</translation>
-  </message>
-  <message>
-   <source>Factor on the reflectance of the facets.</source>
-   <translation>Faktor auf den Reflexionsgrad der Facetten.</translation>
-  </message>
-  <message>
-   <source>Tint of dielectric highlights, and of metals at 82 degrees.</source>
-   <translation>Tönung der Glanzlichter von Nichtleitern und der von Metallen bei 82 Grad.</translation>
-  </message>
-  <message>
-   <source>Index of refraction of the dielectric base.</source>
-   <translation>Brechzahl der nichtleitenden Grundschicht.</translation>
-  </message>
-  <message>
-   <source>Coverage of the clear coat.</source>
-   <translation>Deckung des Klarlacks.</translation>
-  </message>
-  <message>
-   <source>Colour that the coat lets through.</source>
-   <translation>Farbe, die der Lack durchlässt.</translation>
-  </message>
-  <message>
-   <source>Root of the width of the coat's highlight.</source>
-   <translation>Wurzel der Breite des Glanzlichts des Lacks.</translation>
-  </message>
-  <message>
-   <source>Index of refraction of the coat.</source>
-   <translation>Brechzahl des Lacks.</translation>
-  </message>
-  <message>
-   <source>Share of the darkening by light that the coat sends back.</source>
-   <translation>Anteil der Abdunkelung durch Licht, das der Lack zurückwirft.</translation>
-  </message>
-  <message>
-   <source>Coverage of the fuzz: fibres, or dust.</source>
-   <translation>Deckung des Flaums: Fasern oder Staub.</translation>
-  </message>
-  <message>
-   <source>Colour of the fuzz.</source>
-   <translation>Farbe des Flaums.</translation>
-  </message>
-  <message>
-   <source>Roughness of the fuzz.</source>
-   <translation>Rauheit des Flaums.</translation>
-  </message>
-  <message>
-   <source>Coverage of a thin film on the base.</source>
-   <translation>Deckung eines dünnen Films auf der Grundschicht.</translation>
-  </message>
-  <message>
-   <source>Thickness of the film.</source>
-   <translation>Dicke des Films.</translation>
-  </message>
-  <message>
-   <source>Index of refraction of the film.</source>
-   <translation>Brechzahl des Films.</translation>
-  </message>
-  <message>
-   <source>How far the highlight is drawn out.</source>
-   <translation>Wie stark das Glanzlicht gestreckt ist.</translation>
-  </message>
-  <message>
-   <source>The same for that of the coat.</source>
-   <translation>Dasselbe für das des Lacks.</translation>
-  </message>
-  <message>
-   <source>From the tangent to x, anticlockwise.</source>
-   <translation>Von der Tangente zu x, gegen den Uhrzeigersinn.</translation>
-  </message>
-  <message>
    <source>Spacing</source>
    <translation>Abstand</translation>
   </message>
@@ -9398,112 +18324,8 @@ MIT-Lizenz.</translation>
    <translation>Boden</translation>
   </message>
   <message>
-   <source>Diffuse reflectance of cylinders and floor.</source>
-   <translation>Diffuser Reflexionsgrad von Zylindern und Boden.</translation>
-  </message>
-  <message>
-   <source>Strength of their highlight.</source>
-   <translation>Stärke ihres Glanzlichts.</translation>
-  </message>
-  <message>
-   <source>Sharpness of their highlight.</source>
-   <translation>Schärfe ihres Glanzlichts.</translation>
-  </message>
-  <message>
-   <source>Distance of the axes in radii; at 2 the cylinders touch.</source>
-   <translation>Abstand der Achsen in Radien; bei 2 berühren sich die Zylinder.</translation>
-  </message>
-  <message>
-   <source>Height of the floor above the axes in radii; at 1 it hides the cylinders.</source>
-   <translation>Höhe des Bodens über den Achsen in Radien; bei 1 verdeckt er die Zylinder.</translation>
-  </message>
-  <message>
-   <source>PBR textures, named and packed for a program</source>
-   <translation>PBR-Texturen, für ein Programm benannt und gepackt</translation>
-  </message>
-  <message>
-   <source>MaterialX: OpenPBR and glTF PBR surfaces</source>
-   <translation>MaterialX: OpenPBR- und glTF-PBR-Oberflächen</translation>
-  </message>
-  <message>
-   <source>glTF: a preview sphere with the material, as .glb</source>
-   <translation>glTF: eine Vorschaukugel mit dem Material, als .glb</translation>
-  </message>
-  <message>
-   <source>USD: a preview sphere with UsdPreviewSurface, as .usdz</source>
-   <translation>USD: eine Vorschaukugel mit UsdPreviewSurface, als .usdz</translation>
-  </message>
-  <message>
    <source>Blender: a script and, where Blender is at hand, a .blend</source>
    <translation>Blender: ein Skript und, wo Blender vorhanden ist, ein .blend</translation>
-  </message>
-  <message>
-   <source>GLSL, HLSL and OSL that evaluate the material itself</source>
-   <translation>GLSL, HLSL und OSL, die das Material selbst auswerten</translation>
-  </message>
-  <message>
-   <source>A page for any browser, and one for strict sites</source>
-   <translation>Eine Seite für jeden Browser und eine für strenge Websites</translation>
-  </message>
-  <message>
-   <source>RTI: .ptm, .rti and a tree for web viewers</source>
-   <translation>RTI: .ptm, .rti und ein Baum für Web-Betrachter</translation>
-  </message>
-  <message>
-   <source>BRDF tables (CSV, ALTA, MERL, RGL) and the nearest model</source>
-   <translation>BRDF-Tabellen (CSV, ALTA, MERL, RGL) und das nächste Modell</translation>
-  </message>
-  <message>
-   <source>Base colour, normal, roughness and the like, named and packed for a program</source>
-   <translation>Grundfarbe, Normale, Rauheit und Ähnliches, für ein Programm benannt und gepackt</translation>
-  </message>
-  <message>
-   <source>OpenPBR and glTF PBR surfaces as .mtlx</source>
-   <translation>OpenPBR- und glTF-PBR-Oberflächen als .mtlx</translation>
-  </message>
-  <message>
-   <source>A preview sphere with the material as .glb, for the web and engines</source>
-   <translation>Eine Vorschaukugel mit dem Material als .glb, für das Web und Engines</translation>
-  </message>
-  <message>
-   <source>A preview sphere with UsdPreviewSurface as .usdz, for pipelines and Quick Look</source>
-   <translation>Eine Vorschaukugel mit UsdPreviewSurface als .usdz, für Pipelines und Quick Look</translation>
-  </message>
-  <message>
-   <source>Two materials, PBR and the power law, in an asset library that Blender opens</source>
-   <translation>Zwei Materialien, PBR und das Potenzgesetz, in einer Asset-Bibliothek, die Blender öffnet</translation>
-  </message>
-  <message>
-   <source>A .glb that Blender opens, and a script with which Blender makes the .blend; Blender's module is not here</source>
-   <translation>Ein .glb, das Blender öffnet, und ein Skript, mit dem Blender das .blend anlegt; Blenders Modul fehlt hier</translation>
-  </message>
-  <message>
-   <source>Blender (.blend)</source>
-   <translation>Blender (.blend)</translation>
-  </message>
-  <message>
-   <source>Blender (.glb and script)</source>
-   <translation>Blender (.glb und Skript)</translation>
-  </message>
-  <message>
-   <source>Shaders</source>
-   <translation>Shader</translation>
-  </message>
-  <message>
-   <source>A page with a light to drag, for any browser and for strict sites</source>
-   <translation>Eine Seite mit beweglichem Licht, für jeden Browser und für strenge Websites</translation>
-  </message>
-  <message>
-   <source>.ptm, .rti and a tree for web viewers, for conservators</source>
-   <translation>.ptm, .rti und ein Baum für Web-Betrachter, für Restauratoren</translation>
-  </message>
-  <message>
-   <source>BRDF tables</source>
-   <translation>BRDF-Tabellen</translation>
-  </message>
-  <message>
-   <source>CSV, ALTA, MERL, RGL, and the nearest model as MaterialX</source>
-   <translation>CSV, ALTA, MERL, RGL und das nächste Modell als MaterialX</translation>
   </message>
   <message>
    <source>Parametrisation</source>
@@ -9534,146 +18356,6 @@ MIT-Lizenz.</translation>
    <translation>Maß</translation>
   </message>
   <message>
-   <source>auto: of a formula, symmetric if its matrix is symmetric, otherwise svd; of a measurement these or a search, whichever is better in held-out regions of directions; nonnegative: no pair of directions is negative, and dark values are nearer, for some more squared error</source>
-   <translation>auto: bei einer Formel symmetrisch, wenn ihre Matrix symmetrisch ist, sonst svd; bei einer Messung diese oder eine Suche, je nachdem, was in zurückgehaltenen Richtungsbereichen besser ist; nonnegative: kein Richtungspaar ist negativ, und dunkle Werte sind näher, bei etwas größerem quadratischem Fehler</translation>
-  </message>
-  <message>
-   <source>Symmetric</source>
-   <translation>Symmetrisch</translation>
-  </message>
-  <message>
-   <source>Singular values</source>
-   <translation>Singulärwerte</translation>
-  </message>
-  <message>
-   <source>Power iteration</source>
-   <translation>Potenzmethode</translation>
-  </message>
-  <message>
-   <source>Non-negative</source>
-   <translation>Nichtnegativ</translation>
-  </message>
-  <message>
-   <source>One positive term</source>
-   <translation>Ein positiver Term</translation>
-  </message>
-  <message>
-   <source>Fixed (McCool)</source>
-   <translation>Fest (McCool)</translation>
-  </message>
-  <message>
-   <source>Search (Cole)</source>
-   <translation>Suche (Cole)</translation>
-  </message>
-  <message>
-   <source>light and viewer, or half and difference vector (Kautz and McCool's, for direct light); auto: the better one (separable methods)</source>
-   <translation>Licht und Blick oder Halb- und Differenzvektor (der von Kautz und McCool, für direktes Licht); auto: die bessere (separable Verfahren)</translation>
-  </message>
-  <message>
-   <source>Light and view</source>
-   <translation>Licht und Blick</translation>
-  </message>
-  <message>
-   <source>Half and difference</source>
-   <translation>Halb und Differenz</translation>
-  </message>
-  <message>
-   <source>The better one</source>
-   <translation>Die bessere</translation>
-  </message>
-  <message>
-   <source>hemisphere map of separable textures (orthographic; half-diff: polar, highlight at the pole); auto: best</source>
-   <translation>Abbildung der Halbkugel für separable Texturen (orthographisch; half-diff: polar, Glanzlicht am Pol); auto: die beste</translation>
-  </message>
-  <message>
-   <source>By directions</source>
-   <translation>Nach Richtungen</translation>
-  </message>
-  <message>
-   <source>Orthographic</source>
-   <translation>Orthographisch</translation>
-  </message>
-  <message>
-   <source>Polar</source>
-   <translation>Polar</translation>
-  </message>
-  <message>
-   <source>Parabolic</source>
-   <translation>Parabolisch</translation>
-  </message>
-  <message>
-   <source>The best one</source>
-   <translation>Die beste</translation>
-  </message>
-  <message>
-   <source>norm of the separable methods; auto: the one with the lower cosine-weighted error</source>
-   <translation>Norm der separablen Verfahren; auto: die mit dem kleineren kosinusgewichteten Fehler</translation>
-  </message>
-  <message>
-   <source>texels along a side of each map</source>
-   <translation>Texel je Kante jeder Karte</translation>
-  </message>
-  <message>
-   <source>most products of two maps</source>
-   <translation>Höchstzahl der Produkte zweier Karten</translation>
-  </message>
-  <message>
-   <source>most texels along a side of a texture</source>
-   <translation>Höchstzahl der Texel je Kante einer Textur</translation>
-  </message>
-  <message>
-   <source>most textures</source>
-   <translation>Höchstzahl der Texturen</translation>
-  </message>
-  <message>
-   <source>enforce reciprocity exactly (homomorphic and search)</source>
-   <translation>Reziprozität exakt erzwingen (homomorph und Suche)</translation>
-  </message>
-  <message>
-   <source>random starts of the search for each texture</source>
-   <translation>zufällige Starts der Suche je Textur</translation>
-  </message>
-  <message>
-   <source>textures solved for each projection tried</source>
-   <translation>gelöste Texturen je versuchter Projektion</translation>
-  </message>
-  <message>
-   <source>pairs of directions at which models are sampled</source>
-   <translation>Richtungspaare, an denen Modelle abgetastet werden</translation>
-  </message>
-  <message>
-   <source>largest angle of these pairs from the normal, for models only</source>
-   <translation>größter Winkel dieser Paare zur Normalen, nur für Modelle</translation>
-  </message>
-  <message>
-   <source>added before the logarithm, relative to the mean</source>
-   <translation>vor dem Logarithmus addiert, im Verhältnis zum Mittel</translation>
-  </message>
-  <message>
-   <source>error by which the search chooses projections: logarithms count dark and bright alike, and the cosine-weighted RMS, which bright values dominate, can rise with them; sq weighs bright values most</source>
-   <translation>Fehler, nach dem die Suche Projektionen wählt: Logarithmen zählen dunkel und hell gleich; der kosinusgewichtete RMS, den helle Werte bestimmen, kann dabei steigen; sq gewichtet helle Werte am stärksten</translation>
-  </message>
-  <message>
-   <source>default: terms, smoothness and size that are best on held-out regions; thesis: Cole's search</source>
-   <translation>default: Terme, Glättung und Größe, die in zurückgehaltenen Bereichen am besten sind; thesis: Coles Suche</translation>
-  </message>
-  <message>
-   <source>Ours</source>
-   <translation>Eigene</translation>
-  </message>
-  <message>
-   <source>As in the thesis</source>
-   <translation>Wie in der Dissertation</translation>
-  </message>
-  <message>
-   <source>seed of samples and starts: equal seeds give equal factors</source>
-   <translation>Startwert der Abtastungen und Starts: gleiche Startwerte ergeben gleiche Faktoren</translation>
-  </message>
-  <message>
-   <source>Angle of the brushing.</source>
-   <translation>Winkel der Bürstung.</translation>
-  </message>
-  <message>
    <source>Theta</source>
    <translation>Theta</translation>
   </message>
@@ -9682,100 +18364,12 @@ MIT-Lizenz.</translation>
    <translation>Phi</translation>
   </message>
   <message>
-   <source>Turn from the viewer's side towards the right.</source>
-   <translation>Drehung von der Seite des Betrachters nach rechts.</translation>
-  </message>
-  <message>
-   <source>Angular radius; 0 is one direction.</source>
-   <translation>Winkelradius; 0 ist eine einzige Richtung.</translation>
-  </message>
-  <message>
-   <source>Linear RGB, times the irradiance.</source>
-   <translation>Lineares RGB, mal der Bestrahlungsstärke.</translation>
-  </message>
-  <message>
    <source>Facing theta</source>
    <translation>Theta (Ziel)</translation>
   </message>
   <message>
    <source>Facing phi</source>
    <translation>Phi (Ziel)</translation>
-  </message>
-  <message>
-   <source>A sphere, or one side of a rectangle or a disc.</source>
-   <translation>Eine Kugel oder eine Seite eines Rechtecks oder einer Scheibe.</translation>
-  </message>
-  <message>
-   <source>Where its centre is, in the model's own coordinates.</source>
-   <translation>Wo ihr Mittelpunkt ist, in den Koordinaten des Modells.</translation>
-  </message>
-  <message>
-   <source>Upwards.</source>
-   <translation>Nach oben.</translation>
-  </message>
-  <message>
-   <source>Towards the viewer.</source>
-   <translation>Zum Betrachter.</translation>
-  </message>
-  <message>
-   <source>Radius of the sphere or the disc; 0 is a point.</source>
-   <translation>Radius der Kugel oder Scheibe; 0 ist ein Punkt.</translation>
-  </message>
-  <message>
-   <source>Width of the rectangle.</source>
-   <translation>Breite des Rechtecks.</translation>
-  </message>
-  <message>
-   <source>Height of the rectangle.</source>
-   <translation>Höhe des Rechtecks.</translation>
-  </message>
-  <message>
-   <source>Direction it faces: angle from straight up.</source>
-   <translation>Blickrichtung: Winkel von senkrecht nach oben.</translation>
-  </message>
-  <message>
-   <source>Direction it faces: turn from +Z towards +X.</source>
-   <translation>Blickrichtung: Drehung von +Z nach +X.</translation>
-  </message>
-  <message>
-   <source>Turn of the rectangle about the direction it faces.</source>
-   <translation>Drehung des Rechtecks um seine Blickrichtung.</translation>
-  </message>
-  <message>
-   <source>Irradiance at distance d: power / (4 π d²); rectangle and disc power / (π d²).</source>
-   <translation>Bestrahlungsstärke im Abstand d: Leistung / (4 π d²); Rechteck und Scheibe Leistung / (π d²).</translation>
-  </message>
-  <message>
-   <source>Linear RGB, times the power.</source>
-   <translation>Lineares RGB, mal der Leistung.</translation>
-  </message>
-  <message>
-   <source>The photographs of the material under every light, without shadows</source>
-   <translation>Die Fotos des Materials unter jedem Licht, ohne Schatten</translation>
-  </message>
-  <message>
-   <source>Mat.</source>
-   <translation>Mat.</translation>
-  </message>
-  <message>
-   <source>whether two numbers for each texel take the place of the slices</source>
-   <translation>ob zwei Zahlen je Texel an die Stelle der Schichten treten</translation>
-  </message>
-  <message>
-   <source>Direct</source>
-   <translation>Direkt</translation>
-  </message>
-  <message>
-   <source>Path tracing with shadows; its noise falls with time</source>
-   <translation>Pfadverfolgung mit Schatten; ihr Rauschen nimmt mit der Zeit ab</translation>
-  </message>
-  <message>
-   <source>Ref.</source>
-   <translation>Ref.</translation>
-  </message>
-  <message>
-   <source>paths for each pixel</source>
-   <translation>Pfade je Pixel</translation>
   </message>
   <message>
    <source>Light theta</source>
@@ -9788,26 +18382,6 @@ MIT-Lizenz.</translation>
   <message>
    <source>Environment rotation</source>
    <translation>Drehung</translation>
-  </message>
-  <message>
-   <source>Angle of the light from straight up.</source>
-   <translation>Winkel des Lichts von senkrecht nach oben.</translation>
-  </message>
-  <message>
-   <source>Angle of the light around the vertical.</source>
-   <translation>Winkel des Lichts um die Senkrechte.</translation>
-  </message>
-  <message>
-   <source>Irradiance of the light, or the factor on the environment.</source>
-   <translation>Bestrahlungsstärke des Lichts oder Faktor auf die Umgebung.</translation>
-  </message>
-  <message>
-   <source>Rotation of the environment about +Y.</source>
-   <translation>Drehung der Umgebung um +Y.</translation>
-  </message>
-  <message>
-   <source>Repetitions of the material over one unit of texture coordinates.</source>
-   <translation>Wiederholungen des Materials über eine Einheit der Texturkoordinaten.</translation>
   </message>
   <message>
    <source>Noise</source>
@@ -9858,180 +18432,12 @@ MIT-Lizenz.</translation>
    <translation>Komprimieren</translation>
   </message>
   <message>
-   <source>bands of the spherical harmonics: more of them keep sharper light and highlights</source>
-   <translation>Bänder der Kugelfunktionen: mehr behalten schärferes Licht und schärfere Glanzlichter</translation>
-  </message>
-  <message>
-   <source>include interreflection between parts of the model</source>
-   <translation>Wechselreflexion zwischen Teilen des Modells einschließen</translation>
-  </message>
-  <message>
-   <source>damp high bands against ringing, at the price of blurred light</source>
-   <translation>hohe Bänder gegen Überschwinger dämpfen, auf Kosten unschärferen Lichts</translation>
-  </message>
-  <message>
-   <source>Hanning</source>
-   <translation>Hanning</translation>
-  </message>
-  <message>
-   <source>Lanczos</source>
-   <translation>Lanczos</translation>
-  </message>
-  <message>
-   <source>points along the longest side of the grid at which light of near lamps is found; between them it is interpolated (as many as keep the error below 1 %%)</source>
-   <translation>Punkte längs der längsten Seite des Gitters, an denen das Licht naher Lampen bestimmt wird; dazwischen wird interpoliert (so viele, dass der Fehler unter 1 % bleibt)</translation>
-  </message>
-  <message>
-   <source>vary a parameter of the BRDF over the model, as in lightarc bake; twice at most</source>
-   <translation>einen Parameter der BRDF über das Modell variieren, wie bei „lightarc bake“; höchstens zweimal</translation>
-  </message>
-  <message>
-   <source>terms, products of a light and a view map, of the BRDF: glossy ones need more</source>
-   <translation>Terme, Produkte einer Licht- und einer Blickkarte, der BRDF: glänzende brauchen mehr</translation>
-  </message>
-  <message>
-   <source>wavelet coefficients kept for each vertex and term: more keep more shadow</source>
-   <translation>behaltene Wavelet-Koeffizienten je Eckpunkt und Term: mehr behalten mehr Schatten</translation>
-  </message>
-  <message>
-   <source>edge of the cube map of the light: more texels keep sharper shadows</source>
-   <translation>Kante der Würfelkarte des Lichts: mehr Texel behalten schärfere Schatten</translation>
-  </message>
-  <message>
-   <source>shaded by</source>
-   <translation>schattiert mit</translation>
-  </message>
-  <message>
-   <source>let shadows fall from a model simplified in a grid of N cells a side, with quicker rays (0: the model)</source>
-   <translation>Schatten eines vereinfachten Modells mit N Zellen je Seite verwenden, mit schnelleren Strahlen (0: das Modell)</translation>
-  </message>
-  <message>
-   <source>128 cells</source>
-   <translation>128 Zellen</translation>
-  </message>
-  <message>
-   <source>64 cells</source>
-   <translation>64 Zellen</translation>
-  </message>
-  <message>
-   <source>32 cells</source>
-   <translation>32 Zellen</translation>
-  </message>
-  <message>
-   <source>of the BRDF's textures; polar suits single terms of anisotropic ones</source>
-   <translation>der Texturen der BRDF; polar passt zu einzelnen Termen anisotroper</translation>
-  </message>
-  <message>
-   <source>norm in which terms are found; auto: the one with the lower cosine-weighted error</source>
-   <translation>Norm, in der Terme gesucht werden; auto: die mit dem kleineren kosinusgewichteten Fehler</translation>
-  </message>
-  <message>
-   <source>signed terms have the least squared error and may sum to less than black; nonnegative ones never do, and are nearer to dark values; auto: nonnegative ones where their errors are smaller</source>
-   <translation>vorzeichenbehaftete Terme haben den kleinsten quadratischen Fehler und können unter Schwarz fallen; nichtnegative nie, und sie sind näher an dunklen Werten; auto: nichtnegative, wo ihre Fehler kleiner sind</translation>
-  </message>
-  <message>
-   <source>mix in another BRDF with its own terms; its weight over the model is x, y or z across its bounding box or the luminance of an image at its texture coordinates: ggx:alpha=0.1:y; --brdf has what is left; can be given several times</source>
-   <translation>eine andere BRDF mit eigenen Termen beimischen; ihr Gewicht über das Modell ist x, y oder z durch seinen Quader oder die Leuchtdichte eines Bildes an seinen Texturkoordinaten</translation>
-  </message>
-  <message>
-   <source>multiply the outgoing radiance by an image at the texture coordinates</source>
-   <translation>die ausgehende Strahldichte an den Texturkoordinaten mit einem Bild multiplizieren</translation>
-  </message>
-  <message>
-   <source>Gaussians for each vertex and view: more follow partly shaded highlights</source>
-   <translation>Gauß-Funktionen je Eckpunkt und Ansicht: mehr folgen teilweise verschatteten Glanzlichtern</translation>
-  </message>
-  <message>
-   <source>include indirect glossy transfer</source>
-   <translation>indirekten glänzenden Transport einschließen</translation>
-  </message>
-  <message>
-   <source>directions of view, an icosahedron cut in three</source>
-   <translation>Blickrichtungen, ein dreifach unterteiltes Ikosaeder</translation>
-  </message>
-  <message>
-   <source>directions that each highlight is tabulated at</source>
-   <translation>Richtungen, an denen jedes Glanzlicht tabelliert wird</translation>
-  </message>
-  <message>
-   <source>bands of the spherical harmonics of the diffuse part</source>
-   <translation>Bänder der Kugelfunktionen des diffusen Anteils</translation>
-  </message>
-  <message>
-   <source>edge of the cube map that visibility is counted over (64)</source>
-   <translation>Kante der Würfelkarte, über die die Sichtbarkeit gezählt wird (64)</translation>
-  </message>
-  <message>
-   <source>heights of the Gaussians: nearest to the highlight, or with all its energy; auto: the lower error of the radiance under --error-env, or in the studio</source>
-   <translation>Höhen der Gauß-Funktionen: dem Glanzlicht am nächsten oder mit seiner ganzen Energie; auto: der kleinere Fehler der Strahldichte</translation>
-  </message>
-  <message>
-   <source>store Gaussians in 8 bytes or fewer instead of 28</source>
-   <translation>Gauß-Funktionen in höchstens 8 statt 28 Bytes speichern</translation>
-  </message>
-  <message>
-   <source>Spherical harmonics</source>
-   <translation>Kugelfunktionen</translation>
-  </message>
-  <message>
-   <source>spherical harmonics</source>
-   <translation>Kugelfunktionen</translation>
-  </message>
-  <message>
-   <source>Baked spherical harmonics: shadows under any soft light</source>
-   <translation>Vorberechnete Kugelfunktionen: Schatten unter jedem weichen Licht</translation>
-  </message>
-  <message>
-   <source>Wavelets</source>
-   <translation>Wavelets</translation>
-  </message>
-  <message>
-   <source>Baked wavelets: sharp shadows under any light</source>
-   <translation>Vorberechnete Wavelets: scharfe Schatten unter jedem Licht</translation>
-  </message>
-  <message>
-   <source>Wavel</source>
-   <translation>Wavel</translation>
-  </message>
-  <message>
-   <source>Gaussians</source>
-   <translation>Gauß-Funktionen</translation>
-  </message>
-  <message>
-   <source>Baked Gaussians: sharp highlights under any light</source>
-   <translation>Vorberechnete Gauß-Funktionen: scharfe Glanzlichter unter jedem Licht</translation>
-  </message>
-  <message>
-   <source>Gauss</source>
-   <translation>Gauß</translation>
-  </message>
-  <message>
-   <source>The BRDF alone under every light, with the shadows of all lights</source>
-   <translation>Nur die BRDF unter jedem Licht, mit den Schatten aller Lichter</translation>
-  </message>
-  <message>
-   <source>On a surface that faces the light.</source>
-   <translation>Auf einer dem Licht zugewandten Fläche.</translation>
-  </message>
-  <message>
    <source>widths</source>
    <translation>Bildbreiten</translation>
   </message>
   <message>
-   <source>As planned</source>
-   <translation>Wie geplant</translation>
-  </message>
-  <message>
-   <source>With</source>
-   <translation>Mit</translation>
-  </message>
-  <message>
    <source>ACES</source>
    <translation>ACES</translation>
-  </message>
-  <message>
-   <source>Ashikhmin–Shirley</source>
-   <translation>Ashikhmin–Shirley</translation>
   </message>
   <message>
    <source>Average</source>
@@ -10042,20 +18448,8 @@ MIT-Lizenz.</translation>
    <translation>BRDF</translation>
   </message>
   <message>
-   <source>Cook–Torrance</source>
-   <translation>Cook–Torrance</translation>
-  </message>
-  <message>
    <source>Crash reports</source>
    <translation>Absturzberichte</translation>
-  </message>
-  <message>
-   <source>Disc</source>
-   <translation>Scheibe</translation>
-  </message>
-  <message>
-   <source>Rectangle</source>
-   <translation>Rechteck</translation>
   </message>
   <message>
    <source>Edit</source>
@@ -10078,32 +18472,8 @@ MIT-Lizenz.</translation>
    <translation>Abdocken</translation>
   </message>
   <message>
-   <source>GGX, anisotropic</source>
-   <translation>GGX, anisotrop</translation>
-  </message>
-  <message>
-   <source>OpenPBR, anisotropic</source>
-   <translation>OpenPBR, anisotrop</translation>
-  </message>
-  <message>
-   <source>Lafortune</source>
-   <translation>Lafortune</translation>
-  </message>
-  <message>
-   <source>Lafortune, three lobes</source>
-   <translation>Lafortune, drei Keulen</translation>
-  </message>
-  <message>
-   <source>Lambert</source>
-   <translation>Lambert</translation>
-  </message>
-  <message>
    <source>MaterialX</source>
    <translation>MaterialX</translation>
-  </message>
-  <message>
-   <source>Metallic–roughness (glTF)</source>
-   <translation>Metallisch–Rauheit (glTF)</translation>
   </message>
   <message>
    <source>Opacity</source>
@@ -10116,22 +18486,6 @@ MIT-Lizenz.</translation>
   <message>
    <source>OpenPBR</source>
    <translation>OpenPBR</translation>
-  </message>
-  <message>
-   <source>Oren–Nayar</source>
-   <translation>Oren–Nayar</translation>
-  </message>
-  <message>
-   <source>Poulin–Fournier</source>
-   <translation>Poulin–Fournier</translation>
-  </message>
-  <message>
-   <source>Phong</source>
-   <translation>Phong</translation>
-  </message>
-  <message>
-   <source>Ward</source>
-   <translation>Ward</translation>
   </message>
   <message>
    <source>glTF</source>
@@ -10150,46 +18504,6 @@ MIT-Lizenz.</translation>
    <translation>Spitze</translation>
   </message>
   <message>
-   <source>Overcast sky</source>
-   <translation>Bedeckter Himmel</translation>
-  </message>
-  <message>
-   <source>Studio</source>
-   <translation>Studio</translation>
-  </message>
-  <message>
-   <source>Clear sky, sun at 60°</source>
-   <translation>Klarer Himmel, Sonne bei 60°</translation>
-  </message>
-  <message>
-   <source>Clear sky, sun at 30°</source>
-   <translation>Klarer Himmel, Sonne bei 30°</translation>
-  </message>
-  <message>
-   <source>Clear sky, sun at 10°</source>
-   <translation>Klarer Himmel, Sonne bei 10°</translation>
-  </message>
-  <message>
-   <source>Sunset, sun at 2°</source>
-   <translation>Sonnenuntergang, Sonne bei 2°</translation>
-  </message>
-  <message>
-   <source>Three softboxes</source>
-   <translation>Drei Softboxen</translation>
-  </message>
-  <message>
-   <source>Ring light</source>
-   <translation>Ringlicht</translation>
-  </message>
-  <message>
-   <source>Strip lights</source>
-   <translation>Lichtleisten</translation>
-  </message>
-  <message>
-   <source>Room with a window</source>
-   <translation>Raum mit Fenster</translation>
-  </message>
-  <message>
    <source>Save image</source>
    <translation>Bild speichern</translation>
   </message>
@@ -10200,14 +18514,6 @@ MIT-Lizenz.</translation>
   <message>
    <source>Save the plots as SVG and CSV</source>
    <translation>Diagramme als SVG und CSV speichern</translation>
-  </message>
-  <message>
-   <source>Size of the sample by its scale; ≈ where that is an estimate from the camera's notes</source>
-   <translation>Größe der Probe nach ihrem Maßstab; ≈ bei einer Schätzung aus den Angaben der Kamera</translation>
-  </message>
-  <message>
-   <source>slice 0 is black by definition; the darkest photograph has a mean radiance of %1</source>
-   <translation>Schicht 0 ist definitionsgemäß schwarz; das dunkelste Foto hat eine mittlere Strahldichte von %1</translation>
   </message>
   <message>
    <source>slice 0 is black by definition; the darkest photograph has a mean radiance of %1, %2 slices between them are darkened copies of it</source>
@@ -10286,2524 +18592,16 @@ MIT-Lizenz.</translation>
    <translation>Gestern %1</translation>
   </message>
   <message>
-   <source>checking the bake</source>
-   <translation>Vorberechnung wird geprüft</translation>
-  </message>
-  <message>
-   <source>comparing as an eye does</source>
-   <translation>Bilder werden wahrnehmungsnah verglichen</translation>
-  </message>
-  <message>
-   <source>measuring the error</source>
-   <translation>Fehler wird gemessen</translation>
-  </message>
-  <message>
-   <source>Resampling to a table has an error of %1 RMS.</source>
-   <translation>Die Umrechnung in eine Tabelle hat einen Fehler von %1 RMS.</translation>
-  </message>
-  <message>
-   <source>sampling the reflectance</source>
-   <translation>Reflexion wird abgetastet</translation>
-  </message>
-  <message>
-   <source>has no valid measurement among its %1</source>
-   <translation>hat keine gültige Messung unter %1</translation>
-  </message>
-  <message>
-   <source>cannot be turned into a colour: %1</source>
-   <translation>lässt sich nicht in eine Farbe umrechnen: %1</translation>
-  </message>
-  <message>
-   <source>interpolation, box %1 of %2</source>
-   <translation>Interpolation, Bereich %1 von %2</translation>
-  </message>
-  <message>
-   <source>choice of coordinates and kernel</source>
-   <translation>Wahl von Koordinaten und Kern</translation>
-  </message>
-  <message>
-   <source>does not compile (%1)</source>
-   <translation>lässt sich nicht übersetzen (%1)</translation>
-  </message>
-  <message>
-   <source>Correct the shader</source>
-   <translation>Den Shader korrigieren</translation>
-  </message>
-  <message>
-   <source>has %1 bytes of text, more than %2</source>
-   <translation>hat %1 Bytes Text, mehr als %2</translation>
-  </message>
-  <message>
-   <source>Shorten it</source>
-   <translation>Kürzen</translation>
-  </message>
-  <message>
-   <source>%1 of the values %2 and count as 0.</source>
-   <translation>%1 der Werte %2 und zählen als 0.</translation>
-  </message>
-  <message>
-   <source>takes more than %1 s to evaluate</source>
-   <translation>braucht zur Auswertung mehr als %1 s</translation>
-  </message>
-  <message>
-   <source>Shorten its loops</source>
-   <translation>Die Schleifen kürzen</translation>
-  </message>
-  <message>
-   <source>hangs: not evaluated within %1 s</source>
-   <translation>hängt: in %1 s nicht ausgewertet</translation>
-  </message>
-  <message>
-   <source>makes the driver of OpenGL crash</source>
-   <translation>bringt den OpenGL-Treiber zum Absturz</translation>
-  </message>
-  <message>
-   <source>Write it more simply</source>
-   <translation>Einfacher schreiben</translation>
-  </message>
-  <message>
-   <source>has more than %1 bytes of text</source>
-   <translation>hat mehr als %1 Bytes Text</translation>
-  </message>
-  <message>
-   <source>holds a zero byte</source>
-   <translation>enthält ein Nullbyte</translation>
-  </message>
-  <message>
-   <source>Remove it</source>
-   <translation>Entfernen</translation>
-  </message>
-  <message>
-   <source>does not begin with the word analytic</source>
-   <translation>beginnt nicht mit dem Wort analytic</translation>
-  </message>
-  <message>
-   <source>Write it into the first line</source>
-   <translation>In die erste Zeile schreiben</translation>
-  </message>
-  <message>
-   <source>%1 never ends</source>
-   <translation>%1 endet nie</translation>
-  </message>
-  <message>
-   <source>Write ::end %1 after it</source>
-   <translation>Danach ::end %1 schreiben</translation>
-  </message>
-  <message>
-   <source>has no function BRDF</source>
-   <translation>hat keine Funktion BRDF</translation>
-  </message>
-  <message>
-   <source>#%1 is not allowed</source>
-   <translation>#%1 ist nicht erlaubt</translation>
-  </message>
-  <message>
-   <source>Remove the line: a text stands for itself</source>
-   <translation>Die Zeile entfernen: ein Text steht für sich</translation>
-  </message>
-  <message>
-   <source>declares more than %1 parameters</source>
-   <translation>deklariert mehr als %1 Parameter</translation>
-  </message>
-  <message>
-   <source>Leave some out</source>
-   <translation>Einige weglassen</translation>
-  </message>
-  <message>
-   <source>declares %1 again</source>
-   <translation>deklariert %1 noch einmal</translation>
-  </message>
-  <message>
-   <source>Give it another name</source>
-   <translation>Einen anderen Namen geben</translation>
-  </message>
-  <message>
-   <source>%1 is not a kind of parameter</source>
-   <translation>%1 ist keine Art von Parameter</translation>
-  </message>
-  <message>
-   <source>Write float, bool or color</source>
-   <translation>float, bool oder color schreiben</translation>
-  </message>
-  <message>
-   <source>is not a parameter</source>
-   <translation>ist kein Parameter</translation>
-  </message>
-  <message>
-   <source>%1 is not a name for a parameter</source>
-   <translation>%1 ist kein Name für einen Parameter</translation>
-  </message>
-  <message>
-   <source>Use letters, digits and _</source>
-   <translation>Buchstaben, Ziffern und _ verwenden</translation>
-  </message>
-  <message>
-   <source>the range of %1 is empty</source>
-   <translation>der Bereich von %1 ist leer</translation>
-  </message>
-  <message>
-   <source>Write a highest above the lowest</source>
-   <translation>Einen Höchstwert über dem kleinsten schreiben</translation>
-  </message>
-  <message>
-   <source>Close all brackets, comments and #if</source>
-   <translation>Alle Klammern, Kommentare und #if schließen</translation>
-  </message>
-  <message>
-   <source>%1 has not ended</source>
-   <translation>%1 ist nicht beendet</translation>
-  </message>
-  <message>
-   <source>Write ::end %1 before it</source>
-   <translation>Davor ::end %1 schreiben</translation>
-  </message>
-  <message>
-   <source>Correct it there</source>
-   <translation>Dort korrigieren</translation>
-  </message>
-  <message>
-   <source>ends %1, not %2</source>
-   <translation>beendet %1, nicht %2</translation>
-  </message>
-  <message>
-   <source>Pair them</source>
-   <translation>Paarweise schreiben</translation>
-  </message>
-  <message>
-   <source>%1 of equal mean radiance are clipped and cannot be compared</source>
-   <translation>%1 gleicher mittlerer Strahldichte sind übersteuert und lassen sich nicht vergleichen</translation>
-  </message>
-  <message>
-   <source>%1: isotropic and of small relief, as the method assumes</source>
-   <translation>%1: isotrop und mit geringem Relief, wie es das Verfahren annimmt</translation>
-  </message>
-  <message>
-   <source>%1: relief or grain shows, and lamps from other sides will look alike</source>
-   <translation>%1: Relief oder Maserung ist sichtbar, und Lampen auf anderen Seiten sehen gleich aus</translation>
-  </message>
-  <message>
-   <source>Comparing azimuths</source>
-   <translation>Azimute werden verglichen</translation>
-  </message>
-  <message>
-   <source>Separating the room light</source>
-   <translation>Raumlicht wird abgetrennt</translation>
-  </message>
-  <message>
-   <source>Looking for motion of the camera</source>
-   <translation>Bewegung der Kamera wird gesucht</translation>
-  </message>
-  <message>
-   <source>holds a chart without a patch</source>
-   <translation>enthält eine Farbtafel ohne Feld</translation>
-  </message>
-  <message>
-   <source>Write it again with --write-chart</source>
-   <translation>Mit --write-chart neu schreiben</translation>
-  </message>
-  <message>
-   <source>reading the diffuse part</source>
-   <translation>diffuser Anteil wird gelesen</translation>
-  </message>
-  <message>
-   <source>was left out: it %1. %2</source>
-   <translation>wurde ausgeschlossen: es %1. %2</translation>
-  </message>
-  <message>
-   <source>%1, as they do on an arc</source>
-   <translation>%1, wie auf einem Bogen</translation>
-  </message>
-  <message>
-   <source>%1%2; they were taken because a user said so</source>
-   <translation>%1%2; auf Anweisung trotzdem verwendet</translation>
-  </message>
-  <message>
-   <source>evening out the brightness</source>
-   <translation>Helligkeit wird ausgeglichen</translation>
-  </message>
-  <message>
-   <source>Leave it out, or turn its pixels and remove the tag</source>
-   <translation>Ausschließen, oder seine Pixel drehen und die Angabe entfernen</translation>
-  </message>
-  <message>
-   <source>%1: slices keep them, and a power law clips them</source>
-   <translation>%1: Schichten behalten sie, ein Potenzgesetz schneidet sie ab</translation>
-  </message>
-  <message>
-   <source>Reading the lens</source>
-   <translation>Objektiv wird gelesen</translation>
-  </message>
-  <message>
-   <source>Name a photograph that shows the chart with --chart, not a .chart file</source>
-   <translation>Mit --chart ein Foto der Farbtafel angeben, keine .chart-Datei</translation>
-  </message>
-  <message>
-   <source>Give one frame for all, or one exposure of each light</source>
-   <translation>Ein Bild für alle angeben oder eine Belichtung jedes Lichts</translation>
-  </message>
-  <message>
-   <source>Give one frame for each photograph, with its name or in the same order</source>
-   <translation>Ein Bild für jedes Foto angeben, mit dessen Namen oder in derselben Reihenfolge</translation>
-  </message>
-  <message>
-   <source>Name a photograph that is there, the shortest exposure of its light</source>
-   <translation>Ein vorhandenes Foto nennen, die kürzeste Belichtung seines Lichts</translation>
-  </message>
-  <message>
-   <source>Remove them, or name another reference</source>
-   <translation>Entfernen oder eine andere Referenz nennen</translation>
-  </message>
-  <message>
-   <source>Mark points in the photographs that are there</source>
-   <translation>Punkte in vorhandenen Fotos setzen</translation>
-  </message>
-  <message>
-   <source>Add it, or take the parallel one out</source>
-   <translation>Hinzufügen oder das parallele herausnehmen</translation>
-  </message>
-  <message>
-   <source>holds no pairs under polarisers, of which a gain is stated</source>
-   <translation>enthält keine Paare unter Polfiltern, für die ein Faktor angegeben ist</translation>
-  </message>
-  <message>
-   <source>Import it without</source>
-   <translation>Ohne importieren</translation>
-  </message>
-  <message>
-   <source>Reading the scale</source>
-   <translation>Maßstab wird gelesen</translation>
-  </message>
-  <message>
-   <source>does not tell the scale: %1</source>
-   <translation>zeigt den Maßstab nicht: %1</translation>
-  </message>
-  <message>
-   <source>Lay it flat beside the sample</source>
-   <translation>Flach neben die Probe legen</translation>
-  </message>
-  <message>
-   <source>Measure the distance again</source>
-   <translation>Den Abstand neu messen</translation>
-  </message>
-  <message>
-   <source>Looking for the colour chart</source>
-   <translation>Farbtafel wird gesucht</translation>
-  </message>
-  <message>
-   <source>Reading exposures</source>
-   <translation>Belichtungen werden gelesen</translation>
-  </message>
-  <message>
-   <source>State exposure_s of all photographs in capture.toml</source>
-   <translation>exposure_s aller Fotos in capture.toml angeben</translation>
-  </message>
-  <message>
-   <source>has no first mirror sphere that a second could add to</source>
-   <translation>hat keine erste Spiegelkugel, die eine zweite ergänzen könnte</translation>
-  </message>
-  <message>
-   <source>Reading the white balance</source>
-   <translation>Weißabgleich wird gelesen</translation>
-  </message>
-  <message>
-   <source>Leave these out, or crop them to the size of the others</source>
-   <translation>Ausschließen oder auf die Größe der anderen zuschneiden</translation>
-  </message>
-  <message>
-   <source>Colour profile %1 was applied</source>
-   <translation>Farbprofil %1 wurde angewendet</translation>
-  </message>
-  <message>
-   <source>Colours of %1 were converted to linear Rec.709 by the camera matrix of %2, without a profile</source>
-   <translation>Farben von %1 wurden mit der Kameramatrix von %2 nach linearem Rec.709 umgerechnet, ohne Profil</translation>
-  </message>
-  <message>
-   <source>%1 (%2 photographs, %3 first)</source>
-   <translation>%1 (%2 Fotos, zuerst %3)</translation>
-  </message>
-  <message>
-   <source>Leave one of them out</source>
-   <translation>Eines davon ausschließen</translation>
-  </message>
-  <message>
-   <source>Scale: %1</source>
-   <translation>Maßstab: %1</translation>
-  </message>
-  <message>
-   <source>Give the crossed photographs</source>
-   <translation>Die gekreuzten Fotos angeben</translation>
-  </message>
-  <message>
-   <source>Calibrating</source>
-   <translation>Kalibrierung</translation>
-  </message>
-  <message>
-   <source>Writing %1 of %2</source>
-   <translation>%1 von %2 wird geschrieben</translation>
-  </message>
-  <message>
-   <source>Read %1 of %2</source>
-   <translation>%1 von %2 gelesen</translation>
-  </message>
-  <message>
-   <source>has a key of more than %1 parts</source>
-   <translation>hat einen Schlüssel mit mehr als %1 Teilen</translation>
-  </message>
-  <message>
-   <source>Correct it, or remove the file</source>
-   <translation>Korrigieren oder die Datei entfernen</translation>
-  </message>
-  <message>
-   <source>is not valid TOML (%1)</source>
-   <translation>ist kein gültiges TOML (%1)</translation>
-  </message>
-  <message>
-   <source>Correct this key, or remove the file</source>
-   <translation>Diesen Schlüssel korrigieren oder die Datei entfernen</translation>
-  </message>
-  <message>
-   <source>Not all photographs are of one kind: %1 are mixed</source>
-   <translation>Die Fotos sind nicht alle von einer Art: %1 sind gemischt</translation>
-  </message>
-  <message>
-   <source>has its lights from another source</source>
-   <translation>hat seine Lichter aus einer anderen Quelle</translation>
-  </message>
-  <message>
-   <source>Open it as a project of its own</source>
-   <translation>Als eigenes Projekt öffnen</translation>
-  </message>
-  <message>
-   <source>Open it by itself</source>
-   <translation>Allein öffnen</translation>
-  </message>
-  <message>
-   <source>Leave them out, or give them other names</source>
-   <translation>Ausschließen oder anders benennen</translation>
-  </message>
-  <message>
-   <source>Leave one of them out, or correct its light</source>
-   <translation>Eines davon ausschließen oder sein Licht korrigieren</translation>
-  </message>
-  <message>
-   <source>is black</source>
-   <translation>ist schwarz</translation>
-  </message>
-  <message>
-   <source>Leave it out</source>
-   <translation>Ausschließen</translation>
-  </message>
-  <message>
-   <source>does not show the white patch, or clipped</source>
-   <translation>zeigt das weiße Feld nicht oder übersteuert</translation>
-  </message>
-  <message>
-   <source>Give another patch</source>
-   <translation>Ein anderes Feld angeben</translation>
-  </message>
-  <message>
-   <source>line %1 %2</source>
-   <translation>Zeile %1 %2</translation>
-  </message>
-  <message>
-   <source>Correct the file, or remove it and give the angles yourself</source>
-   <translation>Die Datei korrigieren oder entfernen und die Winkel selbst angeben</translation>
-  </message>
-  <message>
-   <source>Add the counterpart, or take it out of the folder</source>
-   <translation>Das Gegenstück hinzufügen oder es aus dem Ordner nehmen</translation>
-  </message>
-  <message>
-   <source>Give one crossed photograph for each parallel one</source>
-   <translation>Für jedes parallele Foto ein gekreuztes angeben</translation>
-  </message>
-  <message>
-   <source>keeps one light of the list only</source>
-   <translation>behält nur ein Licht der Liste</translation>
-  </message>
-  <message>
-   <source>At least two are needed</source>
-   <translation>Mindestens zwei sind nötig</translation>
-  </message>
-  <message>
-   <source>has no azimuths to choose lights by</source>
-   <translation>hat keine Azimute, nach denen Lichter gewählt werden könnten</translation>
-  </message>
-  <message>
-   <source>has %1 at azimuth %2</source>
-   <translation>hat %1 bei Azimut %2</translation>
-  </message>
-  <message>
-   <source>Give file names of its photographs, or their numbers: 1,4-9</source>
-   <translation>Dateinamen der Fotos angeben oder ihre Nummern: 1,4-9</translation>
-  </message>
-  <message>
-   <source>Count photographs in the order of their file names</source>
-   <translation>Fotos in der Reihenfolge ihrer Dateinamen zählen</translation>
-  </message>
-  <message>
-   <source>names %1, which is not there</source>
-   <translation>nennt %1, das nicht da ist</translation>
-  </message>
-  <message>
-   <source>Add the file, or correct it</source>
-   <translation>Die Datei hinzufügen oder korrigieren</translation>
-  </message>
-  <message>
-   <source>holds %1</source>
-   <translation>enthält %1</translation>
-  </message>
-  <message>
-   <source>Give the folder of the photographs under crossed polarisers</source>
-   <translation>Den Ordner der Fotos unter gekreuzten Polfiltern angeben</translation>
-  </message>
-  <message>
-   <source>Keep one exposure of each light and polariser</source>
-   <translation>Eine Belichtung je Licht und Polfilter behalten</translation>
-  </message>
-  <message>
-   <source>is not a regular file</source>
-   <translation>ist keine gewöhnliche Datei</translation>
-  </message>
-  <message>
-   <source>several photographs are called %1</source>
-   <translation>mehrere Fotos heißen %1</translation>
-  </message>
-  <message>
-   <source>Give each a name of its own</source>
-   <translation>Jedem einen eigenen Namen geben</translation>
-  </message>
-  <message>
-   <source>holds %1 files called %2</source>
-   <translation>enthält %1 Dateien namens %2</translation>
-  </message>
-  <message>
-   <source>Keep the one that belongs</source>
-   <translation>Die zugehörige behalten</translation>
-  </message>
-  <message>
-   <source>is an archive among other files</source>
-   <translation>ist ein Archiv unter anderen Dateien</translation>
-  </message>
-  <message>
-   <source>Give one archive alone, or files and folders</source>
-   <translation>Ein Archiv allein angeben, oder Dateien und Ordner</translation>
-  </message>
-  <message>
-   <source>is a bundle, or holds one: no photographs</source>
-   <translation>ist oder enthält ein Paket: keine Fotos</translation>
-  </message>
-  <message>
-   <source>Open it in the window</source>
-   <translation>Im Fenster öffnen</translation>
-  </message>
-  <message>
-   <source>holds another archive (%1)</source>
-   <translation>enthält ein weiteres Archiv (%1)</translation>
-  </message>
-  <message>
-   <source>Unpack it and give the folder</source>
-   <translation>Entpacken und den Ordner angeben</translation>
-  </message>
-  <message>
-   <source>holds no photographs</source>
-   <translation>enthält keine Fotos</translation>
-  </message>
-  <message>
-   <source>Pack the photographs of one capture</source>
-   <translation>Die Fotos einer Aufnahme packen</translation>
-  </message>
-  <message>
-   <source>holds photographs in several folders: %1</source>
-   <translation>enthält Fotos in mehreren Ordnern: %1</translation>
-  </message>
-  <message>
-   <source>Pack one capture by itself</source>
-   <translation>Eine Aufnahme allein packen</translation>
-  </message>
-  <message>
-   <source>Give the folder of one capture</source>
-   <translation>Den Ordner einer Aufnahme angeben</translation>
-  </message>
-  <message>
-   <source>Check the permissions of the folder</source>
-   <translation>Die Rechte des Ordners prüfen</translation>
-  </message>
-  <message>
-   <source>Check that it exists, or leave it out</source>
-   <translation>Prüfen, ob es existiert, oder es weglassen</translation>
-  </message>
-  <message>
-   <source>cannot be written (%1)</source>
-   <translation>lässt sich nicht schreiben (%1)</translation>
-  </message>
-  <message>
-   <source>Correct the outline of the sphere</source>
-   <translation>Den Umriss der Kugel korrigieren</translation>
-  </message>
-  <message>
-   <source>shows no second sphere: %1</source>
-   <translation>zeigt keine zweite Kugel: %1</translation>
-  </message>
-  <message>
-   <source>%1 (the sphere is at %2)</source>
-   <translation>%1 (die Kugel liegt bei %2)</translation>
-  </message>
-  <message>
-   <source>Estimating the lights</source>
-   <translation>Lichter werden geschätzt</translation>
-  </message>
-  <message>
-   <source>%1 photographs are fewer than the %2 from which lamps can be estimated</source>
-   <translation>%1 Fotos sind weniger als die %2, aus denen sich Lampen schätzen lassen</translation>
-  </message>
-  <message>
-   <source>too few texels are lit</source>
-   <translation>zu wenige Texel sind beleuchtet</translation>
-  </message>
-  <message>
-   <source>some of them show too little</source>
-   <translation>einige zeigen zu wenig</translation>
-  </message>
-  <message>
-   <source>the lamps that would explain them stand behind the sample</source>
-   <translation>die Lampen, die sie erklären würden, stehen hinter der Probe</translation>
-  </message>
-  <message>
-   <source>the directions would be uncertain by %1°</source>
-   <translation>die Richtungen wären um %1° unsicher</translation>
-  </message>
-  <message>
-   <source>the lamps stand at one elevation or in one plane</source>
-   <translation>die Lampen stehen auf einer Elevation oder in einer Ebene</translation>
-  </message>
-  <message>
-   <source>no lamps of equal brightness explain them</source>
-   <translation>keine Lampen gleicher Helligkeit erklären sie</translation>
-  </message>
-  <message>
-   <source>Give a list of lights (.lp)</source>
-   <translation>Eine Liste der Lichter angeben (.lp)</translation>
-  </message>
-  <message>
-   <source>holds a damaged mask</source>
-   <translation>enthält eine beschädigte Maske</translation>
-  </message>
-  <message>
-   <source>Draw the mask on one of the photographs</source>
-   <translation>Die Maske auf eines der Fotos zeichnen</translation>
-  </message>
-  <message>
-   <source>is a mask that leaves nothing of the photographs</source>
-   <translation>ist eine Maske, die nichts von den Fotos übrig lässt</translation>
-  </message>
-  <message>
-   <source>Draw the object white</source>
-   <translation>Das Objekt weiß zeichnen</translation>
-  </message>
-  <message>
-   <source>leaving the background out</source>
-   <translation>Hintergrund wird ausgeschlossen</translation>
-  </message>
-  <message>
-   <source>Check the control points, or leave out what does not belong</source>
-   <translation>Die Passpunkte prüfen oder Unpassendes ausschließen</translation>
-  </message>
-  <message>
-   <source>Give left,top,width,height within the photographs</source>
-   <translation>left,top,width,height innerhalb der Fotos angeben</translation>
-  </message>
-  <message>
-   <source>Move its corners inwards, or leave out the photograph that was moved most</source>
-   <translation>Die Ecken nach innen rücken oder das am weitesten verschobene Foto ausschließen</translation>
-  </message>
-  <message>
-   <source>Move the corners, or give the size of the image</source>
-   <translation>Die Ecken verschieben oder die Größe des Bildes angeben</translation>
-  </message>
-  <message>
-   <source>Give frames of the same camera, or leave one out</source>
-   <translation>Bilder derselben Kamera angeben oder eines ausschließen</translation>
-  </message>
-  <message>
-   <source>Measure it with the same camera, in the same orientation</source>
-   <translation>Mit derselben Kamera in derselben Ausrichtung messen</translation>
-  </message>
-  <message>
-   <source>Reading %1</source>
-   <translation>%1 wird gelesen</translation>
-  </message>
-  <message>
-   <source>is a flat field without light</source>
-   <translation>ist ein Weißbild ohne Licht</translation>
-  </message>
-  <message>
-   <source>Give one of an even white surface under its lamp</source>
-   <translation>Eines von einer gleichmäßig weißen Fläche unter ihrer Lampe angeben</translation>
-  </message>
-  <message>
-   <source>is not a usable flat field: %1</source>
-   <translation>ist kein brauchbares Weißbild: %1</translation>
-  </message>
-  <message>
-   <source>has not the size of its dark frame</source>
-   <translation>hat nicht die Größe seines Dunkelbilds</translation>
-  </message>
-  <message>
-   <source>Give frames of the same camera</source>
-   <translation>Bilder derselben Kamera angeben</translation>
-  </message>
-  <message>
-   <source>Give frames of the same camera, or leave them out</source>
-   <translation>Bilder derselben Kamera angeben oder sie weglassen</translation>
-  </message>
-  <message>
-   <source>is camera RAW, which has no bands to choose</source>
-   <translation>ist Kamera-RAW und hat keine wählbaren Kanäle</translation>
-  </message>
-  <message>
-   <source>State its exposure_s in capture.toml</source>
-   <translation>Seine exposure_s in capture.toml angeben</translation>
-  </message>
-  <message>
-   <source>Pick a darker patch, or import with --white-balance none</source>
-   <translation>Ein dunkleres Feld wählen</translation>
-  </message>
-  <message>
-   <source>Pick another patch</source>
-   <translation>Ein anderes Feld wählen</translation>
-  </message>
-  <message>
-   <source>Measuring the lens</source>
-   <translation>Objektiv wird gemessen</translation>
-  </message>
-  <message>
-   <source>holds photographs of different sizes</source>
-   <translation>enthält Fotos verschiedener Größe</translation>
-  </message>
-  <message>
-   <source>Give those of one camera and lens</source>
-   <translation>Fotos einer Kamera und eines Objektivs angeben</translation>
-  </message>
-  <message>
-   <source>Photograph the board near the edges of the image as well</source>
-   <translation>Die Tafel auch nahe an den Bildrändern fotografieren</translation>
-  </message>
-  <message>
-   <source>Use a flat board, sharp photographs, and one setting of focus and zoom</source>
-   <translation>Eine flache Tafel, scharfe Fotos und eine einzige Einstellung von Fokus und Zoom verwenden</translation>
-  </message>
-  <message>
-   <source>states a distortion that no lens has</source>
-   <translation>nennt eine Verzeichnung, die kein Objektiv hat</translation>
-  </message>
-  <message>
-   <source>Write it again with --write-lens</source>
-   <translation>Mit --write-lens neu schreiben</translation>
-  </message>
-  <message>
-   <source>is an incomplete RAW file (LibRaw: %1)</source>
-   <translation>ist eine unvollständige RAW-Datei (LibRaw: %1)</translation>
-  </message>
-  <message>
-   <source>has %1 × %2 samples only</source>
-   <translation>hat nur %1 × %2 Bildpunkte</translation>
-  </message>
-  <message>
-   <source>has a colour filter array that LibRaw does not describe</source>
-   <translation>hat ein Farbfilter, das LibRaw nicht beschreibt</translation>
-  </message>
-  <message>
-   <source>has a sensor with the colours %1, not red, green and blue</source>
-   <translation>hat einen Sensor mit den Farben %1, nicht Rot, Grün und Blau</translation>
-  </message>
-  <message>
-   <source>is an incomplete RAW file: %1 all hold the value %2</source>
-   <translation>ist eine unvollständige RAW-Datei: %1 haben alle den Wert %2</translation>
-  </message>
-  <message>
-   <source>has impossible levels (%1)</source>
-   <translation>hat unmögliche Pegel (%1)</translation>
-  </message>
-  <message>
-   <source>Convert it again to DNG</source>
-   <translation>Neu nach DNG umwandeln</translation>
-  </message>
-  <message>
-   <source>cannot be opened (LibRaw: %1)</source>
-   <translation>lässt sich nicht öffnen (LibRaw: %1)</translation>
-  </message>
-  <message>
-   <source>is a RAW file of a kind that LibRaw does not read</source>
-   <translation>ist eine RAW-Datei einer Art, die LibRaw nicht liest</translation>
-  </message>
-  <message>
-   <source>is a damaged RAW file (LibRaw: %1)</source>
-   <translation>ist eine beschädigte RAW-Datei (LibRaw: %1)</translation>
-  </message>
-  <message>
-   <source>is an incomplete RAW file: it ends before its image does</source>
-   <translation>ist eine unvollständige RAW-Datei: sie endet vor ihrem Bild</translation>
-  </message>
-  <message>
-   <source>Aligning %1 of %2</source>
-   <translation>%1 von %2 wird ausgerichtet</translation>
-  </message>
-  <message>
-   <source>it stays unlike what the others predict</source>
-   <translation>es bleibt anders, als die übrigen vorhersagen</translation>
-  </message>
-  <message>
-   <source>Checking the alignment</source>
-   <translation>Ausrichtung wird geprüft</translation>
-  </message>
-  <message>
-   <source>at %1 × %2 pixels they are smaller than %3 on a side</source>
-   <translation>mit %1 × %2 Pixeln sind sie kleiner als %3 je Seite</translation>
-  </message>
-  <message>
-   <source>it looks rotated by 180°</source>
-   <translation>es scheint um 180° gedreht</translation>
-  </message>
-  <message>
-   <source>no shift of up to half the frame makes it like the reference, or there is no texture</source>
-   <translation>keine Verschiebung bis zur halben Bildbreite macht es der Referenz ähnlich, oder es hat keine Textur</translation>
-  </message>
-  <message>
-   <source>it stays unlike the reference (correlation %1)</source>
-   <translation>es bleibt der Referenz unähnlich (Korrelation %1)</translation>
-  </message>
-  <message>
-   <source>its light is too unlike (correlation %1) to tell a small shift from shading</source>
-   <translation>sein Licht ist zu verschieden (Korrelation %1), um eine kleine Verschiebung von Schattierung zu unterscheiden</translation>
-  </message>
-  <message>
-   <source>its texture does not determine its position</source>
-   <translation>seine Textur bestimmt seine Lage nicht</translation>
-  </message>
-  <message>
-   <source>the motion found is degenerate</source>
-   <translation>die gefundene Bewegung ist entartet</translation>
-  </message>
-  <message>
-   <source>the motion found moves it by more than half the frame</source>
-   <translation>die gefundene Bewegung verschiebt es um mehr als die halbe Bildbreite</translation>
-  </message>
-  <message>
-   <source>the search for its position did not converge</source>
-   <translation>die Suche nach seiner Lage konvergierte nicht</translation>
-  </message>
-  <message>
-   <source>Mean radiance grows with the elevation of the light</source>
-   <translation>Die mittlere Strahldichte wächst mit der Elevation des Lichts</translation>
-  </message>
-  <message>
-   <source>Hardly a pixel is clipped or black</source>
-   <translation>Kaum ein Pixel ist übersteuert oder schwarz</translation>
-  </message>
-  <message>
-   <source>%1 of the pixels are black</source>
-   <translation>%1 der Pixel sind schwarz</translation>
-  </message>
-  <message>
-   <source>alignment left %1 px</source>
-   <translation>die Ausrichtung ließ %1 px übrig</translation>
-  </message>
-  <message>
-   <source>states a working space that is not known</source>
-   <translation>nennt einen unbekannten Arbeitsfarbraum</translation>
-  </message>
-  <message>
-   <source>Update Lightarc, or %1</source>
-   <translation>Lightarc aktualisieren oder %1</translation>
-  </message>
-  <message>
-   <source>is not a stack: it holds no %1</source>
-   <translation>ist kein Stapel: %1 fehlt darin</translation>
-  </message>
-  <message>
-   <source>Import the photographs into a stack first</source>
-   <translation>Die Fotos zuerst in einen Stapel importieren</translation>
-  </message>
-  <message>
-   <source>was made by another version</source>
-   <translation>wurde von einer anderen Version erzeugt</translation>
-  </message>
-  <message>
-   <source>does not hold %1 of shape %2</source>
-   <translation>enthält kein %1 der Form %2</translation>
-  </message>
-  <message>
-   <source>is damaged: the checksum of its pixels does not fit</source>
-   <translation>ist beschädigt: die Prüfsumme seiner Pixel stimmt nicht</translation>
-  </message>
-  <message>
-   <source>is not as it was written</source>
-   <translation>ist nicht, wie es geschrieben wurde</translation>
-  </message>
-  <message>
-   <source>Check that it is there and its permissions</source>
-   <translation>Prüfen, ob es da ist, und seine Rechte</translation>
-  </message>
-  <message>
-   <source>There is not enough memory%1</source>
-   <translation>Der Speicher reicht nicht%1</translation>
-  </message>
-  <message>
-   <source>There is not enough memory</source>
-   <translation>Der Speicher reicht nicht</translation>
-  </message>
-  <message>
-   <source>Too many files are open</source>
-   <translation>Zu viele Dateien sind geöffnet</translation>
-  </message>
-  <message>
-   <source>No further process can be started</source>
-   <translation>Kein weiterer Prozess lässt sich starten</translation>
-  </message>
-  <message>
-   <source>There is not enough memory to load all libraries</source>
-   <translation>Der Speicher reicht nicht, um alle Bibliotheken zu laden</translation>
-  </message>
-  <message>
-   <source>and %1 more%2</source>
-   <translation>und %1 weitere%2</translation>
-  </message>
-  <message>
-   <source>making the .blend</source>
-   <translation>.blend wird erzeugt</translation>
-  </message>
-  <message>
-   <source>writing %1</source>
-   <translation>%1 wird geschrieben</translation>
-  </message>
-  <message>
-   <source>writing the power law</source>
-   <translation>Potenzgesetz wird geschrieben</translation>
-  </message>
-  <message>
-   <source>evaluating the BRDF</source>
-   <translation>BRDF wird ausgewertet</translation>
-  </message>
-  <message>
-   <source>writing RGL's table</source>
-   <translation>RGL-Tabelle wird geschrieben</translation>
-  </message>
-  <message>
-   <source>enlarging the tile</source>
-   <translation>Kachel wird vergrößert</translation>
-  </message>
-  <message>
-   <source>packing %1</source>
-   <translation>%1 wird gepackt</translation>
-  </message>
-  <message>
-   <source>writing images</source>
-   <translation>Bilder werden geschrieben</translation>
-  </message>
-  <message>
-   <source>writing the preview sphere</source>
-   <translation>Vorschaukugel wird geschrieben</translation>
-  </message>
-  <message>
-   <source>Reference, %1</source>
-   <translation>Referenz, %1</translation>
-  </message>
-  <message>
-   <source>Comparing under %1</source>
-   <translation>Vergleich unter %1</translation>
-  </message>
-  <message>
-   <source>comparing with the photographs</source>
-   <translation>Fotos werden verglichen</translation>
-  </message>
-  <message>
-   <source>writing the document</source>
-   <translation>Dokument wird geschrieben</translation>
-  </message>
-  <message>
-   <source>comparing directions</source>
-   <translation>Richtungen werden verglichen</translation>
-  </message>
-  <message>
-   <source>choosing metallic</source>
-   <translation>Metallanteil wird gewählt</translation>
-  </message>
-  <message>
-   <source>finding the nearest maps</source>
-   <translation>nächste Karten werden gesucht</translation>
-  </message>
-  <message>
-   <source>fitting polynomials</source>
-   <translation>Polynome werden angepasst</translation>
-  </message>
-  <message>
-   <source>fitting harmonics</source>
-   <translation>Kugelfunktionen werden angepasst</translation>
-  </message>
-  <message>
-   <source>relighting each file</source>
-   <translation>jede Datei wird neu beleuchtet</translation>
-  </message>
-  <message>
-   <source>fitting terms</source>
-   <translation>Terme werden angepasst</translation>
-  </message>
-  <message>
-   <source>writing shaders</source>
-   <translation>Shader werden geschrieben</translation>
-  </message>
-  <message>
-   <source>choosing textures</source>
-   <translation>Texturen werden gewählt</translation>
-  </message>
-  <message>
-   <source>writing the page</source>
-   <translation>Seite wird geschrieben</translation>
-  </message>
-  <message>
-   <source>sampling the BRDF</source>
-   <translation>BRDF wird abgetastet</translation>
-  </message>
-  <message>
-   <source>comparing %1 terms</source>
-   <translation>%1 Terme werden verglichen</translation>
-  </message>
-  <message>
-   <source>comparing norms</source>
-   <translation>Normen werden verglichen</translation>
-  </message>
-  <message>
-   <source>%1 does not describe factors</source>
-   <translation>%1 beschreibt keine Faktoren</translation>
-  </message>
-  <message>
-   <source>was written by a newer Lightarc (version %1)</source>
-   <translation>wurde von einem neueren Lightarc geschrieben (Version %1)</translation>
-  </message>
-  <message>
-   <source>is not an image of %1 × %2 texels of 32-bit floats</source>
-   <translation>ist kein Bild von %1 × %2 Texeln aus 32-Bit-Gleitkommazahlen</translation>
-  </message>
-  <message>
-   <source>is damaged: its fingerprint does not fit its content</source>
-   <translation>ist beschädigt: sein Fingerabdruck passt nicht zum Inhalt</translation>
-  </message>
-  <message>
-   <source>%1 has a faulty %2 (%3)</source>
-   <translation>%1 hat ein fehlerhaftes %2 (%3)</translation>
-  </message>
-  <message>
-   <source>holds factors that cannot be: %1</source>
-   <translation>enthält ungültige Faktoren: %1</translation>
-  </message>
-  <message>
-   <source>holding out regions</source>
-   <translation>Bereiche werden zurückgehalten</translation>
-  </message>
-  <message>
-   <source>solving for all textures</source>
-   <translation>alle Texturen werden gelöst</translation>
-  </message>
-  <message>
-   <source>averaging rows of norm %1</source>
-   <translation>Zeilen der Norm %1 werden gemittelt</translation>
-  </message>
-  <message>
-   <source>choosing the smoothness</source>
-   <translation>Glättung wird gewählt</translation>
-  </message>
-  <message>
-   <source>%1: done</source>
-   <translation>%1: fertig</translation>
-  </message>
-  <message>
-   <source>%1: fixed projections</source>
-   <translation>%1: feste Projektionen</translation>
-  </message>
-  <message>
-   <source>is glTF %1; only GLTF 2 is read</source>
-   <translation>ist glTF %1; nur glTF 2 wird gelesen</translation>
-  </message>
-  <message>
-   <source>Export it as glTF 2.0</source>
-   <translation>Als glTF 2.0 exportieren</translation>
-  </message>
-  <message>
-   <source>has %1 nodes, more than %2</source>
-   <translation>hat %1 Knoten, mehr als %2</translation>
-  </message>
-  <message>
-   <source>Join its parts and export it again</source>
-   <translation>Seine Teile verbinden und neu exportieren</translation>
-  </message>
-  <message>
-   <source>Apply the transforms of its groups and export it again</source>
-   <translation>Die Transformationen seiner Gruppen anwenden und neu exportieren</translation>
-  </message>
-  <message>
-   <source>is damaged: its nodes lie within each other in a circle</source>
-   <translation>ist beschädigt: seine Knoten enthalten sich im Kreis</translation>
-  </message>
-  <message>
-   <source>is damaged: an accessor names bytes that are not there</source>
-   <translation>ist beschädigt: ein Accessor nennt fehlende Bytes</translation>
-  </message>
-  <message>
    <source>uses %1, which is not read</source>
    <translation>verwendet %1, was nicht gelesen wird</translation>
-  </message>
-  <message>
-   <source>Export it without that</source>
-   <translation>Ohne das exportieren</translation>
-  </message>
-  <message>
-   <source>is damaged: a node names node %1, which is not there</source>
-   <translation>ist beschädigt: ein Knoten nennt den fehlenden Knoten %1</translation>
-  </message>
-  <message>
-   <source>is damaged: an accessor has no data</source>
-   <translation>ist beschädigt: ein Accessor hat keine Daten</translation>
-  </message>
-  <message>
-   <source>keeps its data elsewhere (%1)</source>
-   <translation>hat seine Daten an einem anderen Ort (%1)</translation>
-  </message>
-  <message>
-   <source>Export it as .glb</source>
-   <translation>Als .glb exportieren</translation>
-  </message>
-  <message>
-   <source>is not a mesh that can be read (%1)</source>
-   <translation>ist kein lesbares Netz (%1)</translation>
-  </message>
-  <message>
-   <source>holds no triangles</source>
-   <translation>enthält keine Dreiecke</translation>
-  </message>
-  <message>
-   <source>Give a mesh with faces, not points or curves alone</source>
-   <translation>Ein Netz mit Flächen angeben, nicht nur Punkte oder Kurven</translation>
-  </message>
-  <message>
-   <source>holds no usable triangle (%1)</source>
-   <translation>enthält kein brauchbares Dreieck (%1)</translation>
-  </message>
-  <message>
-   <source>Export it again</source>
-   <translation>Neu exportieren</translation>
-  </message>
-  <message>
-   <source>is %1 across, too small to be drawn</source>
-   <translation>misst %1, zu klein zum Zeichnen</translation>
-  </message>
-  <message>
-   <source>Scale it to more than %1</source>
-   <translation>Auf mehr als %1 vergrößern</translation>
-  </message>
-  <message>
-   <source>normals were none and taken from the faces</source>
-   <translation>Normalen fehlten und wurden aus den Flächen berechnet</translation>
-  </message>
-  <message>
-   <source>%1 left out</source>
-   <translation>%1 ausgeschlossen</translation>
-  </message>
-  <message>
-   <source>is damaged: of %1 lines that it announces, %2 follow</source>
-   <translation>ist beschädigt: von %1 angekündigten Zeilen folgen %2</translation>
-  </message>
-  <message>
-   <source>is damaged: line %1 gives a corner with too many parts</source>
-   <translation>ist beschädigt: Zeile %1 enthält eine Ecke mit zu vielen Teilen</translation>
-  </message>
-  <message>
-   <source>is damaged: an index in line %1 is not a whole number</source>
-   <translation>ist beschädigt: ein Index in Zeile %1 ist keine ganze Zahl</translation>
-  </message>
-  <message>
-   <source>is damaged or of an unknown kind: it does not begin with OFF</source>
-   <translation>ist beschädigt oder von unbekannter Art: es beginnt nicht mit OFF</translation>
-  </message>
-  <message>
-   <source>is OFF of a kind that is not read (binary, or of four dimensions)</source>
-   <translation>ist OFF einer Art, die nicht gelesen wird (binär oder vierdimensional)</translation>
-  </message>
-  <message>
-   <source>Export it as PLY</source>
-   <translation>Als PLY exportieren</translation>
-  </message>
-  <message>
-   <source>is damaged: it announces %1 vertices and faces, which do not follow</source>
-   <translation>ist beschädigt: angekündigt sind %1 Eckpunkte und Flächen, die nicht folgen</translation>
-  </message>
-  <message>
-   <source>is damaged: line %1 does not begin with counts</source>
-   <translation>ist beschädigt: Zeile %1 beginnt nicht mit Anzahlen</translation>
-  </message>
-  <message>
-   <source>is damaged: line %1 names %2 corners and gives fewer</source>
-   <translation>ist beschädigt: Zeile %1 nennt %2 Ecken und gibt weniger an</translation>
-  </message>
-  <message>
-   <source>is damaged: %1 numbers are missing in line %2</source>
-   <translation>ist beschädigt: %1 Zahlen fehlen in Zeile %2</translation>
-  </message>
-  <message>
-   <source>is damaged: %1 in line %2 is not a number</source>
-   <translation>ist beschädigt: %1 in Zeile %2 ist keine Zahl</translation>
-  </message>
-  <message>
-   <source>is damaged or of an unknown kind (%1)</source>
-   <translation>ist beschädigt oder von unbekannter Art (%1)</translation>
-  </message>
-  <message>
-   <source>keeps its data in %1 files</source>
-   <translation>hat seine Daten in %1 Dateien</translation>
-  </message>
-  <message>
-   <source>has about %1 million triangles and needs about %2 GiB of memory, of which %3 GiB are free</source>
-   <translation>hat etwa %1 Millionen Dreiecke und braucht etwa %2 GiB Speicher, von denen %3 GiB frei sind</translation>
-  </message>
-  <message>
-   <source>Reduce it in a modelling program, or close other programs</source>
-   <translation>In einem Modellierprogramm verkleinern oder andere Programme schließen</translation>
-  </message>
-  <message>
-   <source>names a file outside its folder (%1)</source>
-   <translation>nennt eine Datei außerhalb seines Ordners (%1)</translation>
-  </message>
-  <message>
-   <source>names an impossible file (%1)</source>
-   <translation>nennt eine unmögliche Datei (%1)</translation>
-  </message>
-  <message>
-   <source>Copy that as well, or export it as .glb</source>
-   <translation>Diese mitkopieren oder als .glb exportieren</translation>
   </message>
   <message>
    <source>is neither a built-in model nor a file</source>
    <translation>ist weder ein eingebautes Modell noch eine Datei</translation>
   </message>
   <message>
-   <source>Give a file or %1</source>
-   <translation>Eine Datei angeben oder %1</translation>
-  </message>
-  <message>
-   <source>texture coordinates were made by a box projection: %1</source>
-   <translation>Texturkoordinaten entstanden durch eine Quaderprojektion: %1</translation>
-  </message>
-  <message>
-   <source>they have no size in 32 bits where a mesh is much longer than wide</source>
-   <translation>sie haben in 32 Bit keine Größe, wo ein Netz viel länger als breit ist</translation>
-  </message>
-  <message>
-   <source>Cut them elsewhere</source>
-   <translation>An anderer Stelle schneiden</translation>
-  </message>
-  <message>
-   <source>texture coordinates were made, in charts that do not overlap</source>
-   <translation>Texturkoordinaten entstanden, in Karten ohne Überlappung</translation>
-  </message>
-  <message>
-   <source>OpenGL 3.3 is not available (%1)</source>
-   <translation>OpenGL 3.3 ist nicht verfügbar (%1)</translation>
-  </message>
-  <message>
-   <source>The %1 slices are shown as %2, the most that this graphics device can hold.</source>
-   <translation>Die %1 Schichten werden als %2 gezeigt, mehr fasst diese Grafikkarte nicht.</translation>
-  </message>
-  <message>
-   <source>The material of %1 × %2 texels is shown at %3 × %4: %5 is the largest texture of this graphics device.</source>
-   <translation>Das Material mit %1 × %2 Texeln wird mit %3 × %4 gezeigt: %5 ist die größte Textur dieser Grafikkarte.</translation>
-  </message>
-  <message>
-   <source>Tiles that keep their slices are shown by the power law: the slices are too many.</source>
-   <translation>Kacheln mit eigenen Schichten werden durch das Potenzgesetz gezeigt: es sind zu viele Schichten.</translation>
-  </message>
-  <message>
-   <source>VP9 cannot be encoded here</source>
-   <translation>VP9 lässt sich hier nicht kodieren</translation>
-  </message>
-  <message>
-   <source>Choose a .webp file or a folder of PNG</source>
-   <translation>Eine .webp-Datei oder einen Ordner mit PNG wählen</translation>
-  </message>
-  <message>
-   <source>no frame was written</source>
-   <translation>kein Bild wurde geschrieben</translation>
-  </message>
-  <message>
-   <source>Choose another name or kind of film</source>
-   <translation>Einen anderen Namen oder eine andere Art von Film wählen</translation>
-  </message>
-  <message>
-   <source>is not an image of a known kind</source>
-   <translation>ist kein Bild bekannter Art</translation>
-  </message>
-  <message>
-   <source>Give an image as %1 or camera RAW</source>
-   <translation>Ein Bild als %1 oder Kamera-RAW angeben</translation>
-  </message>
-  <message>
-   <source>Scale it down, or mend the pixels that no lamp can have made</source>
-   <translation>Herunterskalieren oder Pixel korrigieren, die keine Lampe erzeugt haben kann</translation>
-  </message>
-  <message>
-   <source>is a HEIF, AVIF or video file</source>
-   <translation>ist eine HEIF-, AVIF- oder Videodatei</translation>
-  </message>
-  <message>
-   <source>Save it as JPEG or TIFF</source>
-   <translation>Als JPEG oder TIFF speichern</translation>
-  </message>
-  <message>
-   <source>has no alpha channel that is read</source>
-   <translation>hat keinen Alphakanal, der gelesen wird</translation>
-  </message>
-  <message>
-   <source>Save it as a PNG</source>
-   <translation>Als PNG speichern</translation>
-  </message>
-  <message>
-   <source>has no channels R, G, B but %1</source>
-   <translation>hat keine Kanäle R, G, B, sondern %1</translation>
-  </message>
-  <message>
-   <source>has integer colour channels</source>
-   <translation>hat ganzzahlige Farbkanäle</translation>
-  </message>
-  <message>
-   <source>has no alpha channel</source>
-   <translation>hat keinen Alphakanal</translation>
-  </message>
-  <message>
-   <source>Save it with its fourth channel</source>
-   <translation>Mit seinem vierten Kanal speichern</translation>
-  </message>
-  <message>
-   <source>has channels of different resolution</source>
-   <translation>hat Kanäle verschiedener Auflösung</translation>
-  </message>
-  <message>
-   <source>is a deep EXR image</source>
-   <translation>ist ein tiefes EXR-Bild</translation>
-  </message>
-  <message>
-   <source>is an EXR image without channels</source>
-   <translation>ist ein EXR-Bild ohne Kanäle</translation>
-  </message>
-  <message>
-   <source>is an incomplete EXR image: its table of chunks is empty</source>
-   <translation>ist ein unvollständiges EXR-Bild: die Tabelle seiner Blöcke ist leer</translation>
-  </message>
-  <message>
-   <source>is an incomplete EXR image: some of its chunks are missing</source>
-   <translation>ist ein unvollständiges EXR-Bild: einige seiner Blöcke fehlen</translation>
-  </message>
-  <message>
-   <source>is a damaged EXR image: its chunks are not those of the size it states</source>
-   <translation>ist ein beschädigtes EXR-Bild: seine Blöcke passen nicht zur angegebenen Größe</translation>
-  </message>
-  <message>
-   <source>stores luminance and chroma (Y, RY, BY)</source>
-   <translation>speichert Leuchtdichte und Farbe (Y, RY, BY)</translation>
-  </message>
-  <message>
-   <source>is a damaged Radiance image (its size is missing)</source>
-   <translation>ist ein beschädigtes Radiance-Bild (seine Größe fehlt)</translation>
-  </message>
-  <message>
-   <source>is an incomplete Radiance image: it ends before its image does</source>
-   <translation>ist ein unvollständiges Radiance-Bild: es endet vor seinem Bild</translation>
-  </message>
-  <message>
-   <source>is a damaged Radiance image: its runs repeat nothing, or far too much</source>
-   <translation>ist ein beschädigtes Radiance-Bild: seine Läufe wiederholen nichts oder viel zu viel</translation>
-  </message>
-  <message>
-   <source>is an incomplete Radiance image: its runs do not end where its image does</source>
-   <translation>ist ein unvollständiges Radiance-Bild: seine Läufe enden nicht mit dem Bild</translation>
-  </message>
-  <message>
-   <source>Correct the EXPOSURE and COLORCORR lines of its header</source>
-   <translation>Die Zeilen EXPOSURE und COLORCORR seines Kopfs korrigieren</translation>
-  </message>
-  <message>
-   <source>is an incomplete JPEG: it ends before its image does</source>
-   <translation>ist ein unvollständiges JPEG: es endet vor seinem Bild</translation>
-  </message>
-  <message>
-   <source>is a JPEG %1</source>
-   <translation>ist ein JPEG %1</translation>
-  </message>
-  <message>
-   <source>is a %1 JPEG</source>
-   <translation>ist ein %1-JPEG</translation>
-  </message>
-  <message>
-   <source>is a damaged JPEG (%1)</source>
-   <translation>ist ein beschädigtes JPEG (%1)</translation>
-  </message>
-  <message>
-   <source>it cannot be decoded</source>
-   <translation>es lässt sich nicht dekodieren</translation>
-  </message>
-  <message>
-   <source>is a JPEG without an image</source>
-   <translation>ist ein JPEG ohne Bild</translation>
-  </message>
-  <message>
-   <source>is a damaged JPEG (no marker at byte %1)</source>
-   <translation>ist ein beschädigtes JPEG (keine Marke bei Byte %1)</translation>
-  </message>
-  <message>
-   <source>is a damaged PFM image (its header is not one)</source>
-   <translation>ist ein beschädigtes PFM-Bild (ungültiger Kopf)</translation>
-  </message>
-  <message>
-   <source>is a PFM image that states no order of its bytes</source>
-   <translation>ist ein PFM-Bild ohne Angabe der Bytereihenfolge</translation>
-  </message>
-  <message>
-   <source>is an incomplete PFM image: it ends before its image does</source>
-   <translation>ist ein unvollständiges PFM-Bild: es endet vor seinem Bild</translation>
-  </message>
-  <message>
-   <source>is a damaged PNG (its header is wrong)</source>
-   <translation>ist ein beschädigtes PNG (falscher Kopf)</translation>
-  </message>
-  <message>
-   <source>is a damaged PNG (%1)</source>
-   <translation>ist ein beschädigtes PNG (%1)</translation>
-  </message>
-  <message>
-   <source>Save it with its fourth channel, as a PNG</source>
-   <translation>Mit seinem vierten Kanal als PNG speichern</translation>
-  </message>
-  <message>
-   <source>is a damaged PNG (it cannot be decoded)</source>
-   <translation>ist ein beschädigtes PNG (es lässt sich nicht dekodieren)</translation>
-  </message>
-  <message>
-   <source>is an incomplete PNG: it ends before its image does</source>
-   <translation>ist ein unvollständiges PNG: es endet vor seinem Bild</translation>
-  </message>
-  <message>
-   <source>is a damaged PNG (wrong checksum at byte %1)</source>
-   <translation>ist ein beschädigtes PNG (falsche Prüfsumme bei Byte %1)</translation>
-  </message>
-  <message>
-   <source>Choose one or three of the bands 1 to %1</source>
-   <translation>Einen oder drei der Kanäle 1 bis %1 wählen</translation>
-  </message>
-  <message>
-   <source>says it has %1 × %2 pixels</source>
-   <translation>hat angeblich %1 × %2 Pixel</translation>
-  </message>
-  <message>
-   <source>Scale it down, or export it again if it is smaller than that</source>
-   <translation>Herunterskalieren oder, wenn es kleiner ist, neu exportieren</translation>
-  </message>
-  <message>
-   <source>needs %1 decoded, more than the limit of 4 GiB</source>
-   <translation>braucht dekodiert %1, mehr als die Grenze von 4 GiB</translation>
-  </message>
-  <message>
-   <source>Scale it down</source>
-   <translation>Herunterskalieren</translation>
-  </message>
-  <message>
-   <source>is a damaged Targa image: it holds more rows than it states</source>
-   <translation>ist ein beschädigtes Targa-Bild: es enthält mehr Zeilen als angegeben</translation>
-  </message>
-  <message>
-   <source>is a Targa image of black and white alone</source>
-   <translation>ist ein Targa-Bild nur in Schwarz und Weiß</translation>
-  </message>
-  <message>
-   <source>Save it as an RGB or grey image</source>
-   <translation>Als RGB- oder Graubild speichern</translation>
-  </message>
-  <message>
-   <source>is a damaged or incomplete Targa image</source>
-   <translation>ist ein beschädigtes oder unvollständiges Targa-Bild</translation>
-  </message>
-  <message>
-   <source>is a TIFF volume of %1 slices</source>
-   <translation>ist ein TIFF-Volumen mit %1 Schichten</translation>
-  </message>
-  <message>
-   <source>is a TIFF in %1</source>
-   <translation>ist ein TIFF in %1</translation>
-  </message>
-  <message>
-   <source>is a TIFF of %1</source>
-   <translation>ist ein TIFF aus %1</translation>
-  </message>
-  <message>
-   <source>is a TIFF of %1 samples per pixel</source>
-   <translation>ist ein TIFF mit %1 Werten je Pixel</translation>
-  </message>
-  <message>
-   <source>is a damaged TIFF (its strips or tiles overlap)</source>
-   <translation>ist ein beschädigtes TIFF (seine Streifen oder Kacheln überlappen)</translation>
-  </message>
-  <message>
-   <source>is a damaged TIFF (its palette is too short)</source>
-   <translation>ist ein beschädigtes TIFF (seine Palette ist zu kurz)</translation>
-  </message>
-  <message>
-   <source>is a damaged LogLuv TIFF (%1)</source>
-   <translation>ist ein beschädigtes LogLuv-TIFF (%1)</translation>
-  </message>
-  <message>
-   <source>is an incomplete TIFF: the value of its tag %1 is missing</source>
-   <translation>ist ein unvollständiges TIFF: der Wert seiner Angabe %1 fehlt</translation>
-  </message>
-  <message>
-   <source>is an incomplete TIFF: it ends before its image does</source>
-   <translation>ist ein unvollständiges TIFF: es endet vor seinem Bild</translation>
-  </message>
-  <message>
-   <source>is a damaged TIFF (its strips or tiles do not fit its size)</source>
-   <translation>ist ein beschädigtes TIFF (seine Streifen oder Kacheln passen nicht zur Größe)</translation>
-  </message>
-  <message>
-   <source>is a damaged TIFF (its directories %1)</source>
-   <translation>ist ein beschädigtes TIFF (seine Verzeichnisse %1)</translation>
-  </message>
-  <message>
-   <source>is a damaged TIFF (its tags hold more than the file)</source>
-   <translation>ist ein beschädigtes TIFF (seine Angaben enthalten mehr als die Datei)</translation>
-  </message>
-  <message>
-   <source>is a damaged TIFF (a directory has %1 below it)</source>
-   <translation>ist ein beschädigtes TIFF (ein Verzeichnis hat %1 unter sich)</translation>
-  </message>
-  <message>
    <source>is neither a file nor a built-in environment</source>
    <translation>ist weder eine Datei noch eine eingebaute Umgebung</translation>
-  </message>
-  <message>
-   <source>The built-in ones are %1</source>
-   <translation>Eingebaut sind %1</translation>
-  </message>
-  <message>
-   <source>is %1 × %2 texels, and such an image is square</source>
-   <translation>hat %1 × %2 Texel, und ein solches Bild ist quadratisch</translation>
-  </message>
-  <message>
-   <source>Cut it at the rim</source>
-   <translation>Am Rand zuschneiden</translation>
-  </message>
-  <message>
-   <source>is %1 × %2 texels, %3</source>
-   <translation>hat %1 × %2 Texel, %3</translation>
-  </message>
-  <message>
-   <source>holds no usable radiance: every texel is negative or not finite</source>
-   <translation>enthält keine brauchbare Strahldichte: jeder Texel ist negativ oder nicht endlich</translation>
-  </message>
-  <message>
-   <source>baking %1 settings on one set of rays</source>
-   <translation>%1 Einstellungen werden mit denselben Strahlen vorberechnet</translation>
-  </message>
-  <message>
-   <source>The error of a diffuse surface of equal albedo is %1.</source>
-   <translation>Der Fehler einer diffusen Fläche gleicher Albedo ist %1.</translation>
-  </message>
-  <message>
-   <source>The error of the mean over all azimuths is %1.</source>
-   <translation>Der Fehler des Mittels über alle Azimute ist %1.</translation>
-  </message>
-  <message>
-   <source>The texels of the material differ from their mean by %1.</source>
-   <translation>Die Texel des Materials weichen um %1 von ihrem Mittel ab.</translation>
-  </message>
-  <message>
-   <source>Every vertex sees its whole hemisphere: nothing shades anything.</source>
-   <translation>Jeder Eckpunkt sieht seine ganze Halbkugel: nichts wirft Schatten.</translation>
-  </message>
-  <message>
-   <source>Every vertex sees its whole hemisphere: no part lights another.</source>
-   <translation>Jeder Eckpunkt sieht seine ganze Halbkugel: kein Teil beleuchtet einen anderen.</translation>
-  </message>
-  <message>
-   <source>The BRDF is Lambertian: it looks the same from every side.</source>
-   <translation>Die BRDF ist lambertsch: sie sieht von allen Seiten gleich aus.</translation>
-  </message>
-  <message>
-   <source>The light has no tiny source that is many times as bright as all around it.</source>
-   <translation>Das Licht hat keine winzige Quelle, die vielfach heller ist als ihre Umgebung.</translation>
-  </message>
-  <message>
-   <source>No maps of a material: every point of the surface is alike.</source>
-   <translation>Keine Karten eines Materials: jeder Punkt der Oberfläche ist gleich.</translation>
-  </message>
-  <message>
-   <source>The BRDF does not rise towards grazing views.</source>
-   <translation>Die BRDF steigt bei streifendem Blick nicht an.</translation>
-  </message>
-  <message>
-   <source>Nothing is sent back towards the light more than across it.</source>
-   <translation>Zum Licht zurück geht nicht mehr als quer dazu.</translation>
-  </message>
-  <message>
-   <source>Rendering on the CPU</source>
-   <translation>Berechnung auf der CPU</translation>
-  </message>
-  <message>
-   <source>Measuring the error of the directions</source>
-   <translation>Fehler der Richtungen wird gemessen</translation>
-  </message>
-  <message>
-   <source>albedo and normals</source>
-   <translation>Albedo und Normalen</translation>
-  </message>
-  <message>
-   <source>Reference, %1 samples</source>
-   <translation>Referenz, %1 Abtastungen</translation>
-  </message>
-  <message>
-   <source>drawing on the CPU</source>
-   <translation>Bild wird auf der CPU gezeichnet</translation>
-  </message>
-  <message>
-   <source>comparing representations</source>
-   <translation>Darstellungen werden verglichen</translation>
-  </message>
-  <message>
-   <source>Compiling (first use only)</source>
-   <translation>Wird übersetzt (nur beim ersten Mal)</translation>
-  </message>
-  <message>
-   <source>comparing photographs</source>
-   <translation>Fotos werden verglichen</translation>
-  </message>
-  <message>
-   <source>writing planes</source>
-   <translation>Ebenen werden geschrieben</translation>
-  </message>
-  <message>
-   <source>leaving photographs out</source>
-   <translation>Fotos werden zurückgehalten</translation>
-  </message>
-  <message>
-   <source>%1: %2 does not tell these photographs apart</source>
-   <translation>%1: %2 unterscheidet diese Fotos nicht</translation>
-  </message>
-  <message>
-   <source>preparing the fit</source>
-   <translation>Anpassung wird vorbereitet</translation>
-  </message>
-  <message>
-   <source>fitting the power law</source>
-   <translation>Potenzgesetz wird angepasst</translation>
-  </message>
-  <message>
-   <source>%1 do not brighten with the light; the error map shows them</source>
-   <translation>%1 werden mit dem Licht nicht heller; die Fehlerkarte zeigt sie</translation>
-  </message>
-  <message>
-   <source>%1 are black in every slice</source>
-   <translation>%1 sind in jeder Schicht schwarz</translation>
-  </message>
-  <message>
-   <source>its lamps have no azimuth</source>
-   <translation>seine Lampen haben keinen Azimut</translation>
-  </message>
-  <message>
-   <source>Import it with a light list (.lp) or a capture.toml</source>
-   <translation>Mit einer Lichtliste (.lp) oder einer capture.toml importieren</translation>
-  </message>
-  <message>
-   <source>%1 photographs are too few to leave one out</source>
-   <translation>%1 Fotos sind zu wenige, um eines zurückzuhalten</translation>
-  </message>
-  <message>
-   <source>Use %1 or more</source>
-   <translation>Mindestens %1 verwenden</translation>
-  </message>
-  <message>
-   <source>its mean radiance is not finite</source>
-   <translation>seine mittlere Strahldichte ist nicht endlich</translation>
-  </message>
-  <message>
-   <source>no light: every photograph is black</source>
-   <translation>kein Licht: jedes Foto ist schwarz</translation>
-  </message>
-  <message>
-   <source>Check the exposure and the dark frame</source>
-   <translation>Belichtung und Dunkelbild prüfen</translation>
-  </message>
-  <message>
-   <source>preparing to linearise</source>
-   <translation>Linearisierung wird vorbereitet</translation>
-  </message>
-  <message>
-   <source>its mean radiances do not belong to its pixels</source>
-   <translation>seine mittleren Strahldichten gehören nicht zu seinen Pixeln</translation>
-  </message>
-  <message>
-   <source>every photograph is excluded</source>
-   <translation>jedes Foto ist ausgeschlossen</translation>
-  </message>
-  <message>
-   <source>Include some of them</source>
-   <translation>Einige davon einschließen</translation>
-  </message>
-  <message>
-   <source>black on average; not used</source>
-   <translation>im Mittel schwarz; nicht verwendet</translation>
-  </message>
-  <message>
-   <source>excluded; not used</source>
-   <translation>ausgeschlossen; nicht verwendet</translation>
-  </message>
-  <message>
-   <source>one photograph: every slice is a darker copy of it</source>
-   <translation>ein Foto: jede Schicht ist eine dunklere Kopie davon</translation>
-  </message>
-  <message>
-   <source>%1, %2 slices between them are darkened copies of it</source>
-   <translation>%1, %2 Schichten dazwischen sind abgedunkelte Kopien davon</translation>
-  </message>
-  <message>
-   <source>photographs of equal mean radiance were averaged</source>
-   <translation>Fotos gleicher mittlerer Strahldichte wurden gemittelt</translation>
-  </message>
-  <message>
-   <source>Use all lamps, or import more photographs</source>
-   <translation>Alle Lampen verwenden oder mehr Fotos importieren</translation>
-  </message>
-  <message>
-   <source>Widen the tolerance, or choose another azimuth</source>
-   <translation>Die Toleranz erhöhen oder einen anderen Azimut wählen</translation>
-  </message>
-  <message>
-   <source>tileable: %1 x %2 texels of the sample's %3 x %4</source>
-   <translation>kachelbar: %1 x %2 der %3 x %4 Texel der Probe</translation>
-  </message>
-  <message>
-   <source>Choose a smaller overlap or a larger crop</source>
-   <translation>Eine kleinere Überlappung oder einen größeren Ausschnitt wählen</translation>
-  </message>
-  <message>
-   <source>lighting the planes</source>
-   <translation>Ebenen werden beleuchtet</translation>
-  </message>
-  <message>
-   <source>copying the tile</source>
-   <translation>Kachel wird kopiert</translation>
-  </message>
-  <message>
-   <source>would unpack to more than %1 times its size</source>
-   <translation>würde auf mehr als das %1-Fache seiner Größe entpackt</translation>
-  </message>
-  <message>
-   <source>holds a member with an impossible name, %1</source>
-   <translation>enthält einen Teil mit einem unmöglichen Namen, %1</translation>
-  </message>
-  <message>
-   <source>%1 is not a regular file</source>
-   <translation>%1 ist keine gewöhnliche Datei</translation>
-  </message>
-  <message>
-   <source>%1 is encrypted</source>
-   <translation>%1 ist verschlüsselt</translation>
-  </message>
-  <message>
-   <source>Ask for it without a password</source>
-   <translation>Ohne Passwort anfordern</translation>
-  </message>
-  <message>
-   <source>%1 is packed by an unknown method</source>
-   <translation>%1 ist mit einem unbekannten Verfahren gepackt</translation>
-  </message>
-  <message>
-   <source>Pack it with deflate or not at all</source>
-   <translation>Mit deflate oder gar nicht packen</translation>
-  </message>
-  <message>
-   <source>%1 would unpack to more than %2 times its size</source>
-   <translation>%1 würde auf mehr als das %2-Fache seiner Größe entpackt</translation>
-  </message>
-  <message>
-   <source>holds what no bundle holds: %1%2</source>
-   <translation>enthält, was kein Paket enthält: %1%2</translation>
-  </message>
-  <message>
-   <source>would unpack to more than %1 GiB</source>
-   <translation>würde auf mehr als %1 GiB entpackt</translation>
-  </message>
-  <message>
-   <source>has no member %1</source>
-   <translation>hat keinen Teil %1</translation>
-  </message>
-  <message>
-   <source>%1 has %2 bytes, more than %3</source>
-   <translation>%1 hat %2 Bytes, mehr als %3</translation>
-  </message>
-  <message>
-   <source>Check that it exists and may be read</source>
-   <translation>Prüfen, ob es existiert und gelesen werden darf</translation>
-  </message>
-  <message>
-   <source>holds %1 twice</source>
-   <translation>enthält %1 zweimal</translation>
-  </message>
-  <message>
-   <source>Choose a bundle</source>
-   <translation>Ein Paket wählen</translation>
-  </message>
-  <message>
-   <source>is cut short</source>
-   <translation>ist abgeschnitten</translation>
-  </message>
-  <message>
-   <source>lists %1 members in %2 bytes, more than an archive may</source>
-   <translation>nennt %1 Teile in %2 Bytes, mehr als ein Archiv darf</translation>
-  </message>
-  <message>
-   <source>is a damaged zip archive (its end record does not fit its length)</source>
-   <translation>ist ein beschädigtes ZIP-Archiv (sein Endeintrag passt nicht zur Länge)</translation>
-  </message>
-  <message>
-   <source>is cut short or damaged: its list of members has no end</source>
-   <translation>ist abgeschnitten oder beschädigt: die Liste seiner Teile hat kein Ende</translation>
-  </message>
-  <message>
-   <source>is a damaged zip archive (%1)</source>
-   <translation>ist ein beschädigtes ZIP-Archiv (%1)</translation>
-  </message>
-  <message>
-   <source>is a damaged zip archive (no 64-bit end record)</source>
-   <translation>ist ein beschädigtes ZIP-Archiv (kein 64-Bit-Endeintrag)</translation>
-  </message>
-  <message>
-   <source>is not a tar archive, or a damaged one (%1)</source>
-   <translation>ist kein oder ein beschädigtes TAR-Archiv (%1)</translation>
-  </message>
-  <message>
-   <source>%1 in it is damaged (%2)</source>
-   <translation>%1 darin ist beschädigt (%2)</translation>
-  </message>
-  <message>
-   <source>lists more than %1 members</source>
-   <translation>nennt mehr als %1 Teile</translation>
-  </message>
-  <message>
-   <source>cannot be unpacked (%1)</source>
-   <translation>lässt sich nicht entpacken (%1)</translation>
-  </message>
-  <message>
-   <source>it is a folder</source>
-   <translation>es ist ein Ordner</translation>
-  </message>
-  <message>
-   <source>it is not a regular file</source>
-   <translation>es ist keine gewöhnliche Datei</translation>
-  </message>
-  <message>
-   <source>the file is write-protected</source>
-   <translation>die Datei ist schreibgeschützt</translation>
-  </message>
-  <message>
-   <source>Choose another name or change its permissions</source>
-   <translation>Einen anderen Namen wählen oder die Rechte ändern</translation>
-  </message>
-  <message>
-   <source>a file of that name exists</source>
-   <translation>eine Datei dieses Namens existiert</translation>
-  </message>
-  <message>
-   <source>Choose another name for the folder</source>
-   <translation>Einen anderen Namen für den Ordner wählen</translation>
-  </message>
-  <message>
-   <source>the folder exists and holds no %1, so it is not ours</source>
-   <translation>der Ordner existiert und enthält kein %1, gehört also nicht Lightarc</translation>
-  </message>
-  <message>
-   <source>another run is writing it</source>
-   <translation>ein anderer Lauf schreibt sie</translation>
-  </message>
-  <message>
-   <source>Wait for that run or choose another name</source>
-   <translation>Auf diesen Lauf warten oder einen anderen Namen wählen</translation>
-  </message>
-  <message>
-   <source>it is the root of the file system</source>
-   <translation>es ist die Wurzel des Dateisystems</translation>
-  </message>
-  <message>
-   <source>the name holds characters that no file name can hold</source>
-   <translation>der Name enthält Zeichen, die kein Dateiname haben kann</translation>
-  </message>
-  <message>
-   <source>Choose another</source>
-   <translation>Einen anderen wählen</translation>
-  </message>
-  <message>
-   <source>is damaged</source>
-   <translation>ist beschädigt</translation>
-  </message>
-  <message>
-   <source>was replaced by another file while it was open</source>
-   <translation>wurde, während es geöffnet war, durch eine andere Datei ersetzt</translation>
-  </message>
-  <message>
-   <source>Open the new one</source>
-   <translation>Die neue öffnen</translation>
-  </message>
-  <message>
-   <source>was cut short while it was open</source>
-   <translation>wurde abgeschnitten, während es geöffnet war</translation>
-  </message>
-  <message>
-   <source>is not there at the moment</source>
-   <translation>ist im Moment nicht da</translation>
-  </message>
-  <message>
-   <source>the name of the output is empty</source>
-   <translation>der Name der Ausgabe ist leer</translation>
-  </message>
-  <message>
-   <source>Name %1</source>
-   <translation>%1 nennen</translation>
-  </message>
-  <message>
-   <source>no name can hold such a character</source>
-   <translation>kein Name kann ein solches Zeichen enthalten</translation>
-  </message>
-  <message>
-   <source>it names a folder, and %1 is a file</source>
-   <translation>es nennt einen Ordner, und %1 ist eine Datei</translation>
-  </message>
-  <message>
-   <source>Leave the slash at its end out</source>
-   <translation>Den Schrägstrich am Ende weglassen</translation>
-  </message>
-  <message>
-   <source>%1, and an output never replaces an input</source>
-   <translation>%1, und eine Ausgabe ersetzt nie eine Eingabe</translation>
-  </message>
-  <message>
-   <source>the folder holds %1, which is read, and would be replaced</source>
-   <translation>der Ordner enthält %1, das gelesen wird und ersetzt würde</translation>
-  </message>
-  <message>
-   <source>the folder exists and is not %1</source>
-   <translation>der Ordner existiert und ist nicht %1</translation>
-  </message>
-  <message>
-   <source>%1 is a file, and would have to be a folder</source>
-   <translation>%1 ist eine Datei und müsste ein Ordner sein</translation>
-  </message>
-  <message>
-   <source>Choose another path</source>
-   <translation>Einen anderen Pfad wählen</translation>
-  </message>
-  <message>
-   <source>Choose a place outside that folder</source>
-   <translation>Einen Ort außerhalb dieses Ordners wählen</translation>
-  </message>
-  <message>
-   <source>it cannot be looked at (%1)</source>
-   <translation>es lässt sich nicht untersuchen (%1)</translation>
-  </message>
-  <message>
-   <source>Name a file for %1</source>
-   <translation>Eine Datei für %1 nennen</translation>
-  </message>
-  <message>
-   <source>Move that elsewhere, or choose another name</source>
-   <translation>Das verschieben oder einen anderen Namen wählen</translation>
-  </message>
-  <message>
-   <source>Choose another name for one of them</source>
-   <translation>Für eines davon einen anderen Namen wählen</translation>
-  </message>
-  <message>
-   <source>manifest.json is not the manifest of a Lightarc bundle</source>
-   <translation>manifest.json ist nicht das Manifest eines Lightarc-Pakets</translation>
-  </message>
-  <message>
-   <source>manifest.json is not as it was written</source>
-   <translation>manifest.json ist nicht, wie es geschrieben wurde</translation>
-  </message>
-  <message>
-   <source>Ask for the bundle again from where it came</source>
-   <translation>Das Paket noch einmal anfordern</translation>
-  </message>
-  <message>
-   <source>manifest.json is nested too deeply</source>
-   <translation>manifest.json ist zu tief verschachtelt</translation>
-  </message>
-  <message>
-   <source>Export the bundle again</source>
-   <translation>Das Paket neu exportieren</translation>
-  </message>
-  <message>
-   <source>manifest.json: %1: %2</source>
-   <translation>manifest.json: %1: %2</translation>
-  </message>
-  <message>
-   <source>Free some space or reduce the resolution</source>
-   <translation>Platz schaffen oder die Auflösung verringern</translation>
-  </message>
-  <message>
-   <source>%1 is nested too deeply</source>
-   <translation>%1 ist zu tief verschachtelt</translation>
-  </message>
-  <message>
-   <source>%1 is not valid JSON (%2)</source>
-   <translation>%1 ist kein gültiges JSON (%2)</translation>
-  </message>
-  <message>
-   <source>Unpack it yourself and give the folder</source>
-   <translation>Selbst entpacken und den Ordner angeben</translation>
-  </message>
-  <message>
-   <source>holds both %1 and %2</source>
-   <translation>enthält sowohl %1 als auch %2</translation>
-  </message>
-  <message>
-   <source>%1 in it is damaged (it is cut short)</source>
-   <translation>%1 darin ist beschädigt (abgeschnitten)</translation>
-  </message>
-  <message>
-   <source>Unpacking %1</source>
-   <translation>%1 wird entpackt</translation>
-  </message>
-  <message>
-   <source>is a %1 archive, which is not read</source>
-   <translation>ist ein %1-Archiv, das nicht gelesen wird</translation>
-  </message>
-  <message>
-   <source>Unpack it, or pack it as zip</source>
-   <translation>Entpacken oder als ZIP packen</translation>
-  </message>
-  <message>
-   <source>changed while it was being read</source>
-   <translation>änderte sich beim Lesen</translation>
-  </message>
-  <message>
-   <source>Wait until it is complete and try again</source>
-   <translation>Warten, bis es vollständig ist, und erneut versuchen</translation>
-  </message>
-  <message>
-   <source>Make it smaller</source>
-   <translation>Verkleinern</translation>
-  </message>
-  <message>
-   <source>is a git-lfs pointer, not the data</source>
-   <translation>ist ein git-lfs-Verweis, nicht die Daten</translation>
-  </message>
-  <message>
-   <source>Fetch the data with `git lfs pull`</source>
-   <translation>Die Daten mit „git lfs pull“ holen</translation>
-  </message>
-  <message>
-   <source>is %1, not a regular file</source>
-   <translation>ist %1, keine gewöhnliche Datei</translation>
-  </message>
-  <message>
-   <source>Give a file</source>
-   <translation>Eine Datei angeben</translation>
-  </message>
-  <message>
-   <source>is empty (0 bytes)</source>
-   <translation>ist leer (0 Bytes)</translation>
-  </message>
-  <message>
-   <source>is not a possible file name (%1)</source>
-   <translation>ist kein möglicher Dateiname (%1)</translation>
-  </message>
-  <message>
-   <source>Rename the file</source>
-   <translation>Die Datei umbenennen</translation>
-  </message>
-  <message>
-   <source>looking for depth edges</source>
-   <translation>Tiefensprünge werden gesucht</translation>
-  </message>
-  <message>
-   <source>solving for the height</source>
-   <translation>Höhe wird berechnet</translation>
-  </message>
-  <message>
-   <source>Finding what hides the sky</source>
-   <translation>Himmelsanteil wird bestimmt</translation>
-  </message>
-  <message>
-   <source>Import it with a light list (.lp), with azimuth_deg in a capture.toml, or with --estimate-lights</source>
-   <translation>Mit einer Lichtliste (.lp), mit azimuth_deg in einer capture.toml oder mit geschätzten Lichtern importieren</translation>
-  </message>
-  <message>
-   <source>Photograph it under lamps in three directions or more, from several sides</source>
-   <translation>Unter Lampen in mindestens drei Richtungen von mehreren Seiten fotografieren</translation>
-  </message>
-  <message>
-   <source>estimating errors of the rig</source>
-   <translation>Fehler des Aufbaus werden geschätzt</translation>
-  </message>
-  <message>
-   <source>shown as flat, and there is no height</source>
-   <translation>flach gezeigt, und es gibt keine Höhe</translation>
-  </message>
-  <message>
-   <source>%1the height steps between them by amounts that are unknown</source>
-   <translation>%1die Höhenstufen dazwischen um unbekannte Beträge</translation>
-  </message>
-  <message>
-   <source>%1 of the image is background, of which nothing is said</source>
-   <translation>%1 des Bildes ist Hintergrund, über den nichts ausgesagt wird</translation>
-  </message>
-  <message>
-   <source>%1, because texels are brighter than a card at that level</source>
-   <translation>%1, weil Texel heller sind als eine weiße Fläche bei diesem Pegel</translation>
-  </message>
-  <message>
-   <source>%1: shadows, or lamps that are placed wrongly</source>
-   <translation>%1: Schatten oder falsch angegebene Lampen</translation>
-  </message>
-  <message>
-   <source>%1 of a lit surface, or lamps are placed wrongly</source>
-   <translation>%1 einer beleuchteten Fläche, oder Lampen sind falsch angegeben</translation>
-  </message>
-  <message>
-   <source>looking for texels that are alike</source>
-   <translation>ähnliche Texel werden gesucht</translation>
-  </message>
-  <message>
-   <source>fitting a sample of texels</source>
-   <translation>eine Stichprobe der Texel wird angepasst</translation>
-  </message>
-  <message>
-   <source>leaving neighbouring lamps out</source>
-   <translation>benachbarte Lampen werden zurückgehalten</translation>
-  </message>
-  <message>
-   <source>finding slopes and reflectance</source>
-   <translation>Steigungen und Reflexion werden bestimmt</translation>
-  </message>
-  <message>
-   <source>Not corrected for: %1. %2</source>
-   <translation>Nicht korrigiert: %1. %2</translation>
-  </message>
-  <message>
-   <source>a tile of %1 × %2 repeats is not within %3 to %4</source>
-   <translation>eine Kachel aus %1 × %2 Wiederholungen liegt nicht zwischen %3 und %4</translation>
-  </message>
-  <message>
-   <source>a tile of %1 × %2 texels is too large; %3</source>
-   <translation>eine Kachel von %1 × %2 Texeln ist zu groß; %3</translation>
-  </message>
-  <message>
-   <source>an object with a mask does not repeat; cut a tile out of it (lightarc shade --part)</source>
-   <translation>ein Objekt mit Maske wiederholt sich nicht; eine Kachel herausschneiden</translation>
-  </message>
-  <message>
-   <source>a power law of which some tiles keep their slices cannot be enlarged; build it without them</source>
-   <translation>ein Potenzgesetz, bei dem einige Kacheln ihre Schichten behalten, lässt sich nicht vergrößern; ohne diese erzeugen</translation>
-  </message>
-  <message>
-   <source>where a pixel covers many texels, other programs show highlights up to %1 times too bright: they average normals, and these files cannot hold how far they differ; there, take maps of fewer texels and more roughness</source>
-   <translation>wo ein Pixel viele Texel bedeckt, zeigen andere Programme Glanzlichter bis zu %1-mal zu hell: sie mitteln Normalen, und diese Dateien können deren Streuung nicht enthalten; dort Karten mit weniger Texeln und mehr Rauheit verwenden</translation>
-  </message>
-  <message>
-   <source>%1 holds a material from photographs; PBR maps leave as the other targets</source>
-   <translation>%1 enthält ein Material aus Fotos; PBR-Karten gehen als die anderen Ziele hinaus</translation>
-  </message>
-  <message>
-   <source>an RTI file needs light from several sides: give the stack of a dome</source>
-   <translation>eine RTI-Datei braucht Licht von mehreren Seiten: den Stapel einer Kuppel verwenden</translation>
-  </message>
-  <message>
-   <source>the material was cut to a tile, so that it is not compared with the photographs</source>
-   <translation>das Material wurde zu einer Kachel geschnitten und wird deshalb nicht mit den Fotos verglichen</translation>
-  </message>
-  <message>
-   <source>an error of %1 is not a number from 0 upwards</source>
-   <translation>ein Fehler von %1 ist keine Zahl ab 0</translation>
-  </message>
-  <message>
-   <source>layers are left out: %1</source>
-   <translation>Schichten fehlen: %1</translation>
-  </message>
-  <message>
-   <source>It shows no image of the surface.</source>
-   <translation>Es zeigt kein Bild der Oberfläche.</translation>
-  </message>
-  <message>
-   <source>these files show no image of the surface, so that there is nothing to compare</source>
-   <translation>diese Dateien zeigen kein Bild der Oberfläche, also gibt es nichts zu vergleichen</translation>
-  </message>
-  <message>
-   <source>the material has neither a shading map nor a power law</source>
-   <translation>das Material hat weder eine Schattierungskarte noch ein Potenzgesetz</translation>
-  </message>
-  <message>
-   <source>power law alone</source>
-   <translation>nur Potenzgesetz</translation>
-  </message>
-  <message>
-   <source>shaders look up a map, and this material has none</source>
-   <translation>Shader tasten eine Karte ab, und dieses Material hat keine</translation>
-  </message>
-  <message>
-   <source>the BRDF is a fit of the measured one, %1 away (relative RMSE of f cos)</source>
-   <translation>die BRDF ist eine Anpassung der gemessenen, %1 entfernt (relativer RMSE von f cos)</translation>
-  </message>
-  <message>
-   <source>a width of %1 mm is not within %2 to %3 mm</source>
-   <translation>eine Breite von %1 mm liegt nicht zwischen %2 und %3 mm</translation>
-  </message>
-  <message>
-   <source>f0 varies, and %1 states its mean, %2</source>
-   <translation>F0 variiert, und %1 nennt das Mittel, %2</translation>
-  </message>
-  <message>
-   <source>a shading map needs at least 2 slices, not %1</source>
-   <translation>eine Schattierungskarte braucht mindestens 2 Schichten, nicht %1</translation>
-  </message>
-  <message>
-   <source>the stack holds no photograph called %1</source>
-   <translation>der Stapel enthält kein Foto namens %1</translation>
-  </message>
-  <message>
-   <source>a sample of %1 x %2 texels is too small to be made tileable</source>
-   <translation>eine Probe von %1 x %2 Texeln ist zu klein, um kachelbar zu werden</translation>
-  </message>
-  <message>
-   <source>an overlap of %1 texels does not fit a sample of %2 x %3</source>
-   <translation>eine Überlappung von %1 Texeln passt nicht zu einer Probe von %2 x %3</translation>
-  </message>
-  <message>
-   <source>the BRDF is not a finite number for light at %1° and viewer at %2°</source>
-   <translation>die BRDF ist keine endliche Zahl für Licht bei %1° und Blick bei %2°</translation>
-  </message>
-  <message>
-   <source>a search cannot go on from factors of the method %1</source>
-   <translation>eine Suche kann nicht von Faktoren des Verfahrens %1 ausgehen</translation>
-  </message>
-  <message>
-   <source>these factors are of %1, and cannot go on as factors of %2</source>
-   <translation>diese Faktoren gehören zu %1 und lassen sich nicht als Faktoren von %2 fortsetzen</translation>
-  </message>
-  <message>
-   <source>a BRDF that is 0 everywhere has no logarithm</source>
-   <translation>eine BRDF, die überall 0 ist, hat keinen Logarithmus</translation>
-  </message>
-  <message>
-   <source>a search goes on with the parametrisation and reciprocity that it started with</source>
-   <translation>eine Suche wird mit der Parametrisierung und Reziprozität fortgesetzt, mit der sie begann</translation>
-  </message>
-  <message>
-   <source>a search goes on with the size and epsilon that it started with, %1 and %2</source>
-   <translation>eine Suche wird mit der Größe und dem Epsilon fortgesetzt, mit denen sie begann, %1 und %2</translation>
-  </message>
-  <message>
-   <source>at least one term is needed, not %1</source>
-   <translation>mindestens ein Term ist nötig, nicht %1</translation>
-  </message>
-  <message>
-   <source>over half and difference vectors no matrix is symmetric; take the method svd or power</source>
-   <translation>über Halb- und Differenzvektoren ist keine Matrix symmetrisch; das Verfahren Singulärwerte oder Potenzmethode wählen</translation>
-  </message>
-  <message>
-   <source>the matrix of this BRDF is not symmetric (asymmetry %1); take the method svd or power</source>
-   <translation>die Matrix dieser BRDF ist nicht symmetrisch (Asymmetrie %1); das Verfahren Singulärwerte oder Potenzmethode wählen</translation>
-  </message>
-  <message>
-   <source>%1 texels have no sample; smoothing above 0 fills them</source>
-   <translation>%1 Texel haben keine Abtastung; eine Glättung über 0 füllt sie</translation>
-  </message>
-  <message>
-   <source>without restarts, guesses and fixed projections there is nothing to try</source>
-   <translation>ohne Neustarts, Startwerte und feste Projektionen gibt es nichts zu versuchen</translation>
-  </message>
-  <message>
-   <source>a scene has at most %1 lamps, not %2</source>
-   <translation>eine Szene hat höchstens %1 Lichter, nicht %2</translation>
-  </message>
-  <message>
-   <source>the mode %1 is not baked</source>
-   <translation>der Modus %1 wird nicht vorberechnet</translation>
-  </message>
-  <message>
-   <source>%1 takes about %2, for which there was no time</source>
-   <translation>%1 dauert etwa %2; dafür war keine Zeit</translation>
-  </message>
-  <message>
-   <source>%1 The error of the whole plan is %2.</source>
-   <translation>%1 Der Fehler des ganzen Plans ist %2.</translation>
-  </message>
-  <message>
-   <source>%1 The mode %2 shows it of lamps and suns alone.</source>
-   <translation>%1 Der Modus %2 zeigt es nur für gerichtete Lichter und Sonnen.</translation>
-  </message>
-  <message>
-   <source>%1 The mode %2 does not show it.</source>
-   <translation>%1 Der Modus %2 zeigt es nicht.</translation>
-  </message>
-  <message>
-   <source>a plan has one budget: of error or of time</source>
-   <translation>ein Plan hat ein Budget: Fehler oder Zeit</translation>
-  </message>
-  <message>
-   <source>%1 cannot be forced and skipped at once</source>
-   <translation>%1 kann nicht zugleich erzwungen und ausgelassen werden</translation>
-  </message>
-  <message>
-   <source>no mode is left to choose from in %1 of memory</source>
-   <translation>mit %1 Speicher bleibt kein Modus zur Wahl</translation>
-  </message>
-  <message>
-   <source>a budget of %1 of %2 is not above 0</source>
-   <translation>ein Budget von %1 %2 ist nicht über 0</translation>
-  </message>
-  <message>
-   <source>%1 cannot be forced on a reflectance that varies and does not have it</source>
-   <translation>%1 lässt sich bei variierendem Reflexionsverhalten ohne diesen Effekt nicht erzwingen</translation>
-  </message>
-  <message>
-   <source>factors over different maps cannot be mixed; give their reflectances, or equal maps</source>
-   <translation>Faktoren über verschiedenen Karten lassen sich nicht mischen; gleiche Karten verwenden</translation>
-  </message>
-  <message>
-   <source>error of %1 small views against the reference: %2</source>
-   <translation>Fehler von %1 kleinen Ansichten gegenüber der Referenz: %2</translation>
-  </message>
-  <message>
-   <source>in the mode %1 this bake differs from the reference: %2%3</source>
-   <translation>im Modus %1 weicht diese Vorberechnung von der Referenz ab: %2%3</translation>
-  </message>
-  <message>
-   <source>in the mode %1 this bake differs from the reference: %2 %3%4</source>
-   <translation>im Modus %1 weicht diese Vorberechnung von der Referenz ab: %2 %3%4</translation>
-  </message>
-  <message>
-   <source>; the mode %1 passes %2</source>
-   <translation>; der Modus %1 übersteht %2</translation>
-  </message>
-  <message>
-   <source>coefficients in the file are rounded, by %1 RMS</source>
-   <translation>Koeffizienten in der Datei sind gerundet, um %1 RMS</translation>
-  </message>
-  <message>
-   <source>error under %1: %2 of the radiance (RMS, %3 pairs of vertex and view)%4</source>
-   <translation>Fehler unter %1: %2 der Strahldichte (RMS, %3 Paare von Eckpunkt und Blick)%4</translation>
-  </message>
-  <message>
-   <source>%1 cannot go from %2 to %3</source>
-   <translation>%1 kann nicht von %2 bis %3 gehen</translation>
-  </message>
-  <message>
-   <source>only analytic models have parameters that can vary over a surface</source>
-   <translation>nur analytische Modelle haben Parameter, die über eine Oberfläche variieren können</translation>
-  </message>
-  <message>
-   <source>the BRDF has no parameter %1; it has %2</source>
-   <translation>die BRDF hat keinen Parameter %1; sie hat %2</translation>
-  </message>
-  <message>
-   <source>%1 is to vary twice</source>
-   <translation>%1 soll zweimal variieren</translation>
-  </message>
-  <message>
-   <source>this BRDF has no glossy part; bake it with --mode sh or wavelet</source>
-   <translation>diese BRDF hat keinen glänzenden Anteil; mit Kugelfunktionen oder Wavelets vorberechnen</translation>
-  </message>
-  <message>
-   <source>The bake is of another BRDF; Gaussians are baked for one.</source>
-   <translation>Die Vorberechnung gehört zu einer anderen BRDF; Gauß-Funktionen gelten für eine.</translation>
-  </message>
-  <message>
-   <source>parameters of the BRDF of %1 vary over the model; bake again with another</source>
-   <translation>Parameter der BRDF von %1 variieren über das Modell; mit einer anderen neu vorberechnen</translation>
-  </message>
-  <message>
-   <source>light between parts of a model that does not shade itself is not possible</source>
-   <translation>Licht zwischen Teilen eines Modells, das sich nicht selbst verschattet, ist nicht möglich</translation>
-  </message>
-  <message>
-   <source>tabulating the reflectance, %1</source>
-   <translation>Reflexion wird tabelliert, %1</translation>
-  </message>
-  <message>
-   <source>%1 parameters are to vary; spherical harmonics have tables over 1 or 2</source>
-   <translation>%1 Parameter sollen variieren; Kugelfunktionen haben Tabellen über 1 oder 2</translation>
-  </message>
-  <message>
-   <source>a lamp is too bright for numbers of 32 bits</source>
-   <translation>ein Licht ist zu hell für 32-Bit-Zahlen</translation>
-  </message>
-  <message>
-   <source>the lamp at %1 of radius %2 touches the model, %3 from its centre</source>
-   <translation>das Licht bei %1 mit Radius %2 berührt das Modell, %3 von seiner Mitte</translation>
-  </message>
-  <message>
-   <source>the %1 at %2 touches the model</source>
-   <translation>%1 bei %2 berührt das Modell</translation>
-  </message>
-  <message>
-   <source>a lamp that is a point lies on a vertex</source>
-   <translation>ein punktförmiges Licht liegt auf einem Eckpunkt</translation>
-  </message>
-  <message>
-   <source>A diffuse model was baked, which holds nothing of the view.</source>
-   <translation>Ein diffuses Modell wurde vorberechnet, das nichts vom Blick enthält.</translation>
-  </message>
-  <message>
-   <source>Between the points where it was found, the light of near lamps is off by %1 RMS.</source>
-   <translation>Zwischen den Stützpunkten weicht das Licht naher Lichter um %1 RMS ab.</translation>
-  </message>
-  <message>
-   <source>The bake is of another BRDF; interreflection is baked for one.</source>
-   <translation>Die Vorberechnung gehört zu einer anderen BRDF; Wechselreflexion gilt für eine.</translation>
-  </message>
-  <message>
-   <source>The BRDF cannot be changed without another bake: %1</source>
-   <translation>Die BRDF lässt sich nicht ohne neue Vorberechnung ändern: %1</translation>
-  </message>
-  <message>
-   <source>wavelets need factors over light and viewer (in-out), not over half and difference vectors</source>
-   <translation>Wavelets brauchen Faktoren über Licht und Blick, nicht über Halb- und Differenzvektoren</translation>
-  </message>
-  <message>
-   <source>%1 terms are more than the %2 that can be baked</source>
-   <translation>%1 Terme sind mehr als die %2, die sich vorberechnen lassen</translation>
-  </message>
-  <message>
-   <source>The bake is of another BRDF; wavelets are baked for one.</source>
-   <translation>Die Vorberechnung gehört zu einer anderen BRDF; Wavelets gelten für eine.</translation>
-  </message>
-  <message>
-   <source>%1 mixes several BRDFs; bake again with other ones</source>
-   <translation>%1 mischt mehrere BRDFs; mit anderen neu vorberechnen</translation>
-  </message>
-  <message>
-   <source>the material has neither a shading map nor a power law, a directional map or PBR maps</source>
-   <translation>das Material hat weder Schattierungskarte noch Potenzgesetz, Richtungskarte oder PBR-Karten</translation>
-  </message>
-  <message>
-   <source>%1 has values that are negative or not finite</source>
-   <translation>%1 hat negative oder nicht endliche Werte</translation>
-  </message>
-  <message>
-   <source>a film of %1 × %2 pixels is not possible (2 … %3)</source>
-   <translation>ein Film von %1 × %2 Pixeln ist nicht möglich (2 … %3)</translation>
-  </message>
-  <message>
-   <source>too few texels are lit in both photographs of the pairs</source>
-   <translation>in beiden Fotos der Paare sind zu wenige Texel beleuchtet</translation>
-  </message>
-  <message>
-   <source>their brightness over each other is known to %1 only</source>
-   <translation>ihr Helligkeitsverhältnis ist nur auf %1 bekannt</translation>
-  </message>
-  <message>
-   <source>a file without an ending</source>
-   <translation>eine Datei ohne Endung</translation>
-  </message>
-  <message>
-   <source>crop %1 needs left and top from 0, width and height from 1</source>
-   <translation>der Ausschnitt %1 braucht links und oben ab 0, Breite und Höhe ab 1</translation>
-  </message>
-  <message>
-   <source>a crop and a framing cannot both be followed</source>
-   <translation>ein Ausschnitt und ein Bildausschnitt gelten nicht zugleich</translation>
-  </message>
-  <message>
-   <source>lamp_distance %1 is not above half a width of the image</source>
-   <translation>der Lampenabstand %1 ist nicht größer als eine halbe Bildbreite</translation>
-  </message>
-  <message>
-   <source>%1, on which lights cannot be measured; %2 are needed</source>
-   <translation>%1, an denen sich Lichter nicht messen lassen; %2 sind nötig</translation>
-  </message>
-  <message>
-   <source>no sphere was found on which a highlight moves; mark its outline by hand</source>
-   <translation>keine Kugel gefunden, auf der sich ein Glanzlicht bewegt; ihren Umriss von Hand markieren</translation>
-  </message>
-  <message>
-   <source>the outline of the sphere lies outside the image</source>
-   <translation>der Umriss der Kugel liegt außerhalb des Bildes</translation>
-  </message>
-  <message>
-   <source>the highlight is cut by the border of the image</source>
-   <translation>das Glanzlicht ist vom Bildrand abgeschnitten</translation>
-  </message>
-  <message>
-   <source>the highlight lies too close to the outline: the lamp would stand below the sample</source>
-   <translation>das Glanzlicht liegt zu nah am Umriss: die Lampe stünde unter der Probe</translation>
-  </message>
-  <message>
-   <source>the outline of the object leaves nothing of the photographs; draw it around the object</source>
-   <translation>der Umriss des Objekts lässt nichts von den Fotos übrig; um das Objekt zeichnen</translation>
-  </message>
-  <message>
-   <source>an outline of %1 points is not possible (3 … %2)</source>
-   <translation>ein Umriss aus %1 Punkten ist nicht möglich (3 … %2)</translation>
-  </message>
-  <message>
-   <source>the dark frame is %1 x %2 pixels, the flat field %3 x %4</source>
-   <translation>das Dunkelbild hat %1 x %2 Pixel, das Weißbild %3 x %4</translation>
-  </message>
-  <message>
-   <source>the flat field is not brighter than the dark frame</source>
-   <translation>das Weißbild ist nicht heller als das Dunkelbild</translation>
-  </message>
-  <message>
-   <source>white level %1 is not above black level %2</source>
-   <translation>der Weißpegel %1 liegt nicht über dem Schwarzpegel %2</translation>
-  </message>
-  <message>
-   <source>the corners must run clockwise from the top left around a figure without dents</source>
-   <translation>die Ecken müssen im Uhrzeigersinn von links oben um eine Figur ohne Einbuchtung laufen</translation>
-  </message>
-  <message>
-   <source>three of four points lie on one line</source>
-   <translation>drei von vier Punkten liegen auf einer Geraden</translation>
-  </message>
-  <message>
-   <source>a lens of %1 mm focuses nothing nearer than %2 mm from the sensor</source>
-   <translation>ein Objektiv mit %1 mm stellt nichts näher als %2 mm vom Sensor scharf</translation>
-  </message>
-  <message>
-   <source>the chart lies obliquely: its scale differs over it by more than 12 %</source>
-   <translation>die Tafel liegt schräg: ihr Maßstab ändert sich darüber um mehr als 12 %</translation>
-  </message>
-  <message>
-   <source>a pixel of %1 mm is not within %2 to %3 mm</source>
-   <translation>ein Pixel von %1 mm liegt nicht zwischen %2 und %3 mm</translation>
-  </message>
-  <message>
-   <source>a known length needs points more than two pixels apart, and millimetres above 0</source>
-   <translation>eine bekannte Länge braucht Punkte in mehr als zwei Pixeln Abstand und Millimeter über 0</translation>
-  </message>
-  <message>
-   <source>patches %1 mm apart are not those of a chart: give 0.1 to 1000 mm</source>
-   <translation>Felder in %1 mm Abstand sind nicht die einer Tafel: 0,1 bis 1000 mm angeben</translation>
-  </message>
-  <message>
-   <source>a sample %1 mm from the sensor is not within 10 mm to 100 m</source>
-   <translation>eine Probe %1 mm vom Sensor liegt nicht zwischen 10 mm und 100 m</translation>
-  </message>
-  <message>
-   <source>the azimuths of the lights are not known, and a file of lights needs them</source>
-   <translation>die Azimute der Lichter sind unbekannt, und eine Datei der Lichter braucht sie</translation>
-  </message>
-  <message>
-   <source>a lamp of radius %1° is not between 0 and 90°</source>
-   <translation>ein Licht mit Radius %1° liegt nicht zwischen 0 und 90°</translation>
-  </message>
-  <message>
-   <source>a lamp of radius %1 is not possible</source>
-   <translation>ein Licht mit Radius %1 ist nicht möglich</translation>
   </message>
  </context>
 </TS>
