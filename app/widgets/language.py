@@ -93,9 +93,9 @@ PARTS = tuple(map(re.compile, (r"(; )", r"(: )", r"(, )", r"([.:…]{1,3}$)", r"
 #: texts with a translation; those of the second length, as '%1 of %2', for numbers and texts with a translation.
 SHORT, SHORTEST = 8, 4
 
-_MESSAGE = re.compile(r"<source>([^<]{1,2000})</source>\s{0,99}<translation>([^<]{1,3000})</translation>")
+_MESSAGE = re.compile(r"<source>([^<]{1,2000}+)</source>\s{0,99}+<translation>([^<]{1,3000}+)</translation>")
 _WORD = re.compile(r"[^\W\d_]{2}")
-_NO_LETTER = re.compile(r"[\W\d_]+")
+_NO_LETTER = re.compile(r"[\W\d_]")
 _NUMBER = re.compile(r"[−-]?[\d.,\u202f]{1,24}(?:$|\W)")
 _VALUE = re.compile(r"%(\d{1,2})")
 
