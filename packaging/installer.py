@@ -86,7 +86,10 @@ UNUSED_FILES = re.compile(
 )
 
 #: Packages of extras, and of proofs and tests, which the program does without.
-OPTIONAL = {"DracoPy", "MaterialX", "_typeshed", "bpy", "dask", "distributed", "hypothesis", "mitsuba", "pxr"}
+OPTIONAL = {
+    *("DracoPy", "MaterialX", "_typeshed", "bpy", "dask", "distributed", "gphoto2", "hypothesis", "mitsuba", "pxr"),
+    "watchdog",
+}
 
 #: Folders of shared libraries that only other libraries of the packages load.
 LIBRARY_FOLDERS = ("*.libs", "PySide6/Qt/lib", "PySide6")

@@ -1,0 +1,469 @@
+"""Photographs of a capture that is being taken: each is awaited, decoded once, and judged beside those before it.
+
+A photograph is awaited until its file is written completely: its size and time of change stay, or the system has said
+that it was closed, and it can be decoded. Files that are renamed, written again or removed while that goes on are
+followed. A file that stays as it is for `GIVE_UP_S` and cannot be decoded is said to be unreadable, and looked at again
+when it changes.
+
+What is said of photographs is what the report of an import says (`engine.capture.report`, `engine.capture.empty`), of
+those that are there; it changes while others arrive. Motion is that against the first photograph, as two photographs
+are aligned, and is not known where their light is too unlike. What was decoded is kept for the import
+(`engine.capture.decoded`).
+
+Cost: a photograph of 24 megapixels 0.4 s besides its decoder, half of it for the motion.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.capture.decoded import Decoded, Kept, Mark, mark_of
+from engine.capture.doubts import FEWEST
+from engine.capture.empty import empty
+from engine.capture.lights.file_names import printable
+from engine.capture.lights.folder import CAPTURE_FILE, one_of_each_shot
+from engine.capture.lights.light_angles import LIGHT_SUFFIXES
+from engine.capture.lights.listed import Direction, Listed, coverage, from_names, read_listed
+from engine.capture.lights.mirror_sphere import Circle, find_highlights, find_sphere, light_direction
+from engine.capture.lights.sources import belongs, is_set_aside, list_entries
+from engine.capture.photograph.decode import LARGE_PIXELS, Reading
+from engine.capture.photograph.kinds import photograph_suffixes
+from engine.capture.registration.align import align
+from engine.capture.registration.pair_motion import largest_move
+from engine.capture.registration.texture import reduction
+from engine.capture.report import Quality, judge_each
+from engine.core.colour import to_display8
+from engine.core.errors import InputError, UsageError
+from engine.core.figure_text import number
+from engine.core.health import Finding, Verdict
+from engine.core.steps import Step, Steps, drain
+from engine.storage.untrusted import CHILDREN
+
+#: Seconds between two looks at the folder, that a file stays as it is before it counts as complete, the same where the
+#: system has said that it was closed, and until one that cannot be decoded is given up.
+LOOK_S, STEADY_S, CLOSED_S, GIVE_UP_S = 0.2, 1.0, 0.1, 10.0
+
+#: Pixels of the photographs from which on a motion against the first is said, and is a warning.
+MOVES_PX, MOVED_PX = 0.5, 2.0
+
+#: Numbers of photographs at which a mirror sphere is looked for.
+_SPHERE_AT = (4, 8, 16, 32)
+
+#: The elevation of a lamp of which nothing is known, in degrees.
+_ANY_ELEVATION_DEG = 45.0
+
+#: A function that waits for so many seconds at most, and gives the files that the system says were closed.
+Wait = Callable[[float], Collection[Path]]
+
+
+@dataclass(frozen=True, eq=False)
+class Watching:
+    """The wishes of a user for a capture that is being taken.
+
+    Attributes
+    ----------
+    folder : where photographs appear. aside : files in it that are not photographs of the sample.
+    expect : number of photographs at which it ends; None for that of a list of lights, or without end.
+    idle_s : seconds without a new photograph after which it ends, counted from the first one; None without end.
+    angles_deg : elevations in degrees, in the order of the names. sphere : a mirror sphere in the photographs.
+    """
+
+    folder: Path
+    expect: int | None = None
+    idle_s: float | None = None
+    angles_deg: tuple[float, ...] | None = None
+    sphere: Circle | Literal["auto"] | None = None
+    aside: tuple[Path, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Arrived:
+    """A photograph that is there: uint8 sRGB `thumbnail` (h, w, 3), None where it cannot be read, its light, and the
+    findings on it."""
+
+    path: Path
+    thumbnail: NDArray[np.uint8] | None
+    direction: Direction | None
+    findings: tuple[Finding, ...]
+
+    @property
+    def verdict(self) -> Verdict:
+        """The most severe of what is to be said."""
+        return max((each.verdict for each in self.findings), default=Verdict.GOOD)
+
+
+@dataclass(frozen=True, eq=False)
+class Capture:
+    """A capture as far as it has been taken.
+
+    Attributes
+    ----------
+    photographs : those that are there, in the order in which they came; the last one is `new` where one just did.
+    awaited : names of files that are being written or decoded. expect : the number at which it ends, None without.
+    listed : lights that a list states, those of photographs that are missing as well.
+    findings : what is to be said of the whole, as a list that cannot be read.
+    """
+
+    photographs: tuple[Arrived, ...] = ()
+    awaited: tuple[str, ...] = ()
+    expect: int | None = None
+    listed: tuple[Direction, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    new: Arrived | None = None
+
+    @property
+    def directions(self) -> list[Direction]:
+        """The lights of the photographs that can be used, as far as they are known."""
+        usable = [one for one in self.photographs if one.verdict < Verdict.BAD]
+        return [one.direction for one in usable if one.direction is not None]
+
+    @property
+    def coverage(self) -> float | None:
+        """The share of the hemisphere that is covered by lights, None where their azimuths are not known."""
+        return coverage(self.directions)
+
+    @property
+    def count(self) -> int:
+        """The number of photographs that could be read."""
+        return sum(one.thumbnail is not None for one in self.photographs)
+
+
+@dataclass(eq=False)
+class _File:
+    """A file that is being followed: its mark, since when it stays, and what is known of it."""
+
+    mark: Mark
+    since_s: float
+    is_closed: bool = False
+    reading: Reading | None = None
+    kept: Kept | None = None
+    error: InputError | None = None
+    moved_px: float | None = None
+    spot: Direction | UsageError | None = None
+    said: bool = False
+
+    @property
+    def is_over(self) -> bool:
+        """True where nothing is to be expected of the file unless it changes."""
+        return self.kept is not None or self.said
+
+
+def arrive(
+    decoded: Decoded, watching: Watching, is_ended: Callable[[], bool] = lambda: False, wait: Wait | None = None
+) -> Steps[Capture]:
+    """Follow a folder until as many photographs are there as are expected, none came for a time, or it `is_ended`.
+
+    Steps carry a `Capture` when something has changed. At the end files that are being written are waited for, for
+    `GIVE_UP_S` at most. Raises InputError for a folder that cannot be read.
+    """
+    follow = _Follow(decoded, watching)
+    try:
+        last_s, ended_s = time.monotonic(), math.inf
+        closed: Collection[Path] = ()
+        while True:
+            changed = follow.look(closed)
+            changed |= follow.decode()
+            capture = follow.capture
+            now = time.monotonic()
+            if changed or follow.is_busy:
+                last_s = now
+            share = capture.count / capture.expect if capture.expect else 0.0
+            yield Step(min(share, 1.0), _note(capture), capture if changed else None)
+            is_idle = watching.idle_s is not None and capture.photographs and now - last_s >= watching.idle_s
+            if is_ended() or is_idle or (capture.expect is not None and capture.count >= capture.expect):
+                ended_s = min(ended_s, now)
+            if now - ended_s >= (GIVE_UP_S if follow.is_busy else 0.0):
+                return capture
+            closed = (wait or _sleep)(LOOK_S)
+    finally:
+        follow.close()
+
+
+def _sleep(seconds: float) -> Collection[Path]:
+    time.sleep(seconds)
+    return ()
+
+
+def _note(capture: Capture) -> str:
+    many = f"{capture.count} of {capture.expect}" if capture.expect else f"{capture.count}"
+    return f"{many} photographs" + (f", waiting for {capture.awaited[0]}" if capture.awaited else "")
+
+
+@dataclass(eq=False)
+class _Follow:
+    """The files of a folder, followed."""
+
+    decoded: Decoded
+    watching: Watching
+    files: dict[Path, _File] = field(default_factory=dict)
+    order: list[Path] = field(default_factory=list)
+    capture: Capture = field(default_factory=Capture)
+    _lists: dict[Path, Mark | None] = field(default_factory=dict)
+    _listed: Listed | None = None
+    _about_list: tuple[Finding, ...] = ()
+    _sphere: Circle | None = None
+    _shots: set[Path] = field(default_factory=set)
+
+    @property
+    def is_busy(self) -> bool:
+        """True while a file is being written or decoded."""
+        return any(not each.is_over for each in self.files.values())
+
+    def look(self, closed: Collection[Path] = ()) -> bool:
+        """Take note of the files that are there now; True where that changes what is to be shown."""
+        entries = [entry for entry in list_entries(self.watching.folder) if belongs(entry)]
+        changed = self._read_lists(entries)
+        marks = self._mark_photographs(entries)
+        gone = {path: file for path, file in self.files.items() if path not in marks}
+        renamed = {(file.mark.device, file.mark.number): path for path, file in gone.items()}
+        for path, mark in marks.items():
+            before = None if path in self.files else renamed.pop((mark.device, mark.number), None)
+            if before is not None:
+                self.files[path] = self.files.pop(before)
+                self.order = [path if each == before else each for each in self.order]
+                del gone[before]
+                changed = True
+            if path not in self.files:
+                self.files[path] = _File(mark, _first_seen_s(mark))
+                changed = True
+            elif self.files[path].mark != mark:
+                self._begin_again(path, mark)
+                changed = True
+        for path in gone:
+            self._forget(path)
+            changed = True
+        names = {path.resolve() for path in closed}
+        for path, file in self.files.items():
+            if names and path.resolve() in names and not file.is_closed:
+                file.is_closed, file.since_s = True, time.monotonic()
+        if changed:
+            self._judge()
+        return changed
+
+    def decode(self) -> bool:
+        """Begin to decode what is complete, and take what has been decoded; True where that changes what is shown."""
+        changed, running = False, sum(file.reading is not None for file in self.files.values())
+        sizes = [file.kept.width * file.kept.height for file in self.files.values() if file.kept is not None]
+        at_once = CHILDREN if sizes and max(sizes) <= LARGE_PIXELS else 1
+        for path, file in list(self.files.items()):
+            stays_s = time.monotonic() - file.since_s
+            if file.reading is not None:
+                if file.reading.wait(0.0):
+                    changed |= self._take(path, file)
+            elif file.is_over:
+                continue
+            elif file.error is None and file.mark.size and stays_s >= (CLOSED_S if file.is_closed else STEADY_S):
+                if running < at_once:
+                    file.reading = Reading(path, **self.decoded.options, keep_codes=True)
+                    running += 1
+            elif stays_s >= GIVE_UP_S:
+                self._give_up(path, file)
+                changed = True
+        return changed
+
+    def close(self) -> None:
+        """Stop the decoders."""
+        for file in self.files.values():
+            if file.reading is not None:
+                file.reading.close()
+
+    def _read_lists(self, entries: Sequence[Path]) -> bool:
+        """Read the lists of lights anew where they have changed."""
+        lists = [path for path in entries if path.suffix.lower() in LIGHT_SUFFIXES or path.name.lower() == CAPTURE_FILE]
+        marks = {path: mark_of(path) for path in sorted(lists)}
+        if marks == self._lists and (marks or self._listed is not None or self.watching.angles_deg is None):
+            return False
+        self._lists, self._listed, self._about_list = marks, None, ()
+        try:
+            self._listed = read_listed(list(marks), self.watching.angles_deg)
+        except InputError as error:  # perhaps it is being written
+            self._about_list = (Finding(Verdict.WARNING, f"{error.problem}. {error.remedy}", Path(error.path).name),)
+        return True
+
+    def _mark_photographs(self, entries: Sequence[Path]) -> dict[Path, Mark]:
+        """The marks of the photographs among the files of the folder, one file of each shot."""
+        aside = {path.resolve() for path in self.watching.aside}
+        found = [
+            path
+            for path in sorted(entries)
+            if path.suffix.lower() in photograph_suffixes()
+            and path.name.lower() != CAPTURE_FILE
+            and path.suffix.lower() not in LIGHT_SUFFIXES
+            and not is_set_aside(path)
+            and path.resolve() not in aside
+        ]
+        if set(found) != self.files.keys():
+            self._shots = set(one_of_each_shot(found, set())[0])
+        marks = {path: mark_of(path) for path in found if path in self._shots and path.is_file()}
+        return {path: mark for path, mark in marks.items() if mark is not None}
+
+    def _begin_again(self, path: Path, mark: Mark) -> None:
+        """Follow a file that has changed."""
+        self._forget(path)
+        self.files[path] = _File(mark, time.monotonic())
+
+    def _forget(self, path: Path) -> None:
+        file = self.files.pop(path)
+        if file.reading is not None:
+            file.reading.close()
+        self.decoded.forget(file.mark)
+        if path in self.order:
+            self.order.remove(path)
+
+    def _take(self, path: Path, file: _File) -> bool:
+        """Keep a photograph that has been decoded; True where there is one."""
+        assert file.reading is not None
+        reading, file.reading = file.reading, None
+        try:
+            photograph = reading.photograph()
+        except InputError as error:
+            file.error = error
+            return False
+        if mark_of(path) != file.mark:
+            return False  # it has changed meanwhile, which the next look finds
+        file.kept = self.decoded.keep(file.mark, photograph)
+        self.order.append(path)
+        first = next(self.files[each] for each in self.order if self.files[each].kept is not None)
+        assert first.kept is not None
+        if first is not file:
+            file.moved_px = _find_motion(first.kept, file.kept)
+        self._judge(path)
+        return True
+
+    def _give_up(self, path: Path, file: _File) -> None:
+        if file.error is None:  # it is empty
+            file.error = InputError(path, "is empty", "Copy it again")
+        file.said = True
+        self.order.append(path)
+        self._judge(path)
+
+    def _judge(self, new: Path | None = None) -> None:
+        """Say of all photographs what is to be said of them by now."""
+        there = [(path, self.files[path]) for path in self.order]
+        taken = [(path, file, file.kept) for path, file in there if file.kept is not None]
+        paths = [path for path, _, _ in taken]
+        directions = self._directions(paths, taken)
+        said = dict(zip(paths, _judge_all(taken, directions, self._sphere is not None), strict=True))
+        shown = [
+            Arrived(path, to_display8(file.kept.noted.thumbnail), directions.get(path), tuple(said[path]))
+            if file.kept is not None
+            else Arrived(path, None, None, (_about_error(path, file.error),))
+            for path, file in there
+        ]
+        expect = self.watching.expect
+        if expect is None and self._listed is not None:
+            expect = len(self._listed.directions)
+        awaited = tuple(printable(path) for path, file in self.files.items() if not file.is_over)
+        listed = self._listed.directions if self._listed is not None else ()
+        arrived = next((one for one in shown if one.path == new), None)
+        self.capture = Capture(tuple(shown), awaited, expect, listed, self._about_list, arrived)
+
+    def _directions(self, paths: list[Path], taken: Sequence[_Taken]) -> dict[Path, Direction]:
+        """The lights of photographs, as far as they are known: those that the sphere shows, else what is stated."""
+        if self.watching.sphere is not None:
+            self._look_at_sphere(taken)
+            spots = {path: file.spot for path, file, _ in taken if isinstance(file.spot, tuple)}
+            return {path: spot for path, spot in spots.items() if not isinstance(spot, UsageError)}
+        stated = self._listed.match(paths) if self._listed is not None else from_names(paths)
+        return {path: one for path, one in zip(paths, stated, strict=True) if one is not None}
+
+    def _look_at_sphere(self, taken: Sequence[_Taken]) -> None:
+        """Find the sphere, and the reflection of the lamp on it in each photograph of the usual size."""
+        usual = [one for one in taken if (one[2].width, one[2].height) == (taken[0][2].width, taken[0][2].height)]
+        greys = [kept.noted.grey for _, _, kept in usual if kept.noted.grey is not None]
+        if not greys:
+            return
+        images, factor = np.stack(greys), reduction(usual[0][2].height, usual[0][2].width)
+        sphere = self.watching.sphere
+        if isinstance(sphere, Circle):
+            self._sphere = Circle(sphere.column / factor, sphere.row / factor, sphere.radius / factor)
+        elif self._sphere is None and len(images) in _SPHERE_AT:
+            with suppress(UsageError):
+                self._sphere = find_sphere(images)
+        if self._sphere is None:
+            return
+        for (_, file, _), spot in zip(usual, find_highlights(images, self._sphere), strict=True):
+            file.spot = spot if isinstance(spot, UsageError) else _direction_of(self._sphere, spot)
+
+
+#: A photograph that has been decoded.
+_Taken = tuple[Path, _File, Kept]
+
+
+def _first_seen_s(mark: Mark) -> float:
+    """The time since which a file counts as steady: of one that has been there for long, long ago."""
+    age_s = time.time() - mark.changed_ns / 1e9
+    return time.monotonic() - (STEADY_S if age_s > GIVE_UP_S else 0.0)
+
+
+def _direction_of(sphere: Circle, spot: tuple[float, float]) -> Direction | UsageError:
+    try:
+        x, y, z = light_direction(sphere, *spot)
+    except UsageError as error:
+        return error
+    return math.degrees(math.asin(min(1.0, float(z)))), math.degrees(math.atan2(y, x)) % 360.0
+
+
+def _find_motion(first: Kept, kept: Kept) -> float | None:
+    """Pixels by which a photograph lies beside the first one; None where their light is too unlike to say."""
+    greys = [first.noted.grey, kept.noted.grey]
+    if greys[0] is None or greys[1] is None or (first.width, first.height) != (kept.width, kept.height):
+        return None
+    factor = reduction(first.height, first.width)
+    found = drain(align([greys[0], greys[1]], ["first", "second"], "translation", factor, 0))
+    if not found.aligned[1]:
+        return None
+    return largest_move(found.matrix[1], (first.height, first.width))
+
+
+def _judge_all(
+    taken: Sequence[_Taken], directions: Mapping[Path, Direction], sees_sphere: bool
+) -> Iterator[list[Finding]]:
+    """What is to be said of each photograph, beside the others."""
+    names = [printable(path) for path, _, _ in taken]
+    kept = [one for _, _, one in taken]
+    qualities = [Quality(one.clipped, one.black, *one.noted.noise_and_sharpness) for one in kept]
+    findings = judge_each(names, np.array([one.mean_radiance for one in kept]), qualities) if kept else []
+    usual = Counter((one.width, one.height) for one in kept).most_common(1)
+    of_usual = [at for at, one in enumerate(kept) if (one.width, one.height) == usual[0][0]]
+    elevations = [directions[path][0] if path in directions else _ANY_ELEVATION_DEG for path, _, _ in taken]
+    nothing = {}
+    if len(of_usual) >= FEWEST:
+        noted = [kept[at].noted for at in of_usual]
+        noise = [one.noise_and_sharpness[0] for one in noted]
+        images, clipped = [one.thumbnail for one in noted], [one.clipped for one in noted]
+        found = empty(images, clipped, noise, np.radians([elevations[at] for at in of_usual]))
+        nothing = {of_usual[at]: problem for at, problem in found.items()}
+    first: dict[bytes, str] = {}
+    for at, ((_, file, one), name) in enumerate(zip(taken, names, strict=True)):
+        said = [each for each in findings if each.source == name and each.verdict > Verdict.GOOD]
+        if at in nothing:
+            said.append(Finding(Verdict.BAD, "{}. {}".format(*nothing[at]), name))
+        if at not in of_usual:
+            text = "has {} × {} px, and most have {} × {}".format(one.width, one.height, *usual[0][0])
+            said.append(Finding(Verdict.BAD, text, name))
+        image = one.noted.thumbnail
+        twin = first.setdefault(image.tobytes(), name) if image.min() < image.max() else name
+        if twin != name:
+            said.append(Finding(Verdict.BAD, f"is the same image as {twin}: leave one of them out", name))
+        if file.moved_px is not None and file.moved_px >= MOVES_PX:
+            verdict = Verdict.WARNING if file.moved_px >= MOVED_PX else Verdict.NOTE
+            said.append(Finding(verdict, f"lies {number(file.moved_px)} px beside the first photograph", name))
+        if sees_sphere and isinstance(file.spot, UsageError):
+            said.append(Finding(Verdict.WARNING, f"does not show its lamp on the mirror sphere: {file.spot}", name))
+        yield said
+
+
+def _about_error(path: Path, error: InputError | None) -> Finding:
+    assert error is not None
+    return Finding(Verdict.BAD, f"{error.problem}. {error.remedy}", printable(path))
