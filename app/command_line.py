@@ -26,7 +26,7 @@ from contextlib import nullcontext
 from typing import TextIO, cast
 
 import engine
-from app.arguments.common import Log, add_common, find_threads, limits
+from app.arguments.common import Line, Log, add_common, find_threads, limits
 from app.arguments.once import OnceParser
 from app.arguments.results import check_results
 from app.arguments.usage import BAD_FILE, CANCELLED, DONE, MISSING, OUT_OF_MEMORY, WRONG_USAGE
@@ -56,6 +56,11 @@ VERBS = (
         "import",
         "app.cli.import_",
         "Import photographs of a material under a moving lamp: decode, align, crop and report.",
+    ),
+    (
+        "watch",
+        "app.cli.watch",
+        "Follow a capture while it is taken: judge each photograph, then import them and write the project.",
     ),
     (
         "shade",
@@ -162,6 +167,8 @@ class Progress:
         if step.note != self.note:
             self.note = step.note
             self.log.write(f"{100 * step.done:3.0f} %  {step.note}")
+        if isinstance(step.partial, Line):
+            self._say(step.partial.text)
         if self.quiet:
             return
         now = time.monotonic()
@@ -171,6 +178,14 @@ class Progress:
         line = f"{100 * step.done:3.0f} %  {escape_controls(step.note)}"
         self.stream.write(f"\r\x1b[K{line[:100]}" if self.interactive else f"{line}\n")
         self.stream.flush()
+
+    def _say(self, text: str) -> None:
+        """Show a sentence that stays."""
+        self.log.write(text)
+        if not self.quiet:
+            self.clear()
+            self.stream.write(f"{escape_controls(text)}\n")
+            self.stream.flush()
 
     def clear(self) -> None:
         if self.interactive:

@@ -76,6 +76,7 @@ PACKAGES = (
     "app/commands",
     "app/batch",
     "app/capture",
+    "app/watch",
     "app/material",
     "app/brdf",
     "app/factor",

@@ -6,6 +6,7 @@ import argparse
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -88,6 +89,13 @@ def limits(options: argparse.Namespace) -> Iterator[None]:
         if options.memory is not None:
             held.enter_context(limit_memory(options.memory))
         yield
+
+
+@dataclass(frozen=True)
+class Line:
+    """A sentence that stays on the terminal, as the partial result of a step."""
+
+    text: str
 
 
 class Log:

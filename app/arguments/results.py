@@ -185,6 +185,11 @@ def figures_in(folder: str, options: argparse.Namespace) -> list[tuple[str, Kind
     return [(folder, SHARED), *((str(Path(folder) / name), FIGURE) for name in names if name in FIGURES)]
 
 
+def watch_result(path: str, _options: argparse.Namespace) -> list[tuple[str, Kind]]:
+    """A project where the name has its ending, else a stack."""
+    return [(path, PROJECT if Path(path).suffix.lower() == ".lap" else STACK)]
+
+
 def project_result(path: str, options: argparse.Namespace) -> list[tuple[str, Kind]]:
     """A replay makes a folder, all else that is written of a project is one."""
     return [(path, REPLAY if options.action == "replay" else PROJECT)]

@@ -27,7 +27,7 @@ from app.batch.record import FOLDER_RECORD, read_folder
 from app.batch.template import read_template
 from app.commands.export_bundle import export as export_bundle
 from app.commands.export_elsewhere import Known, send
-from app.commands.making import keep_marks, material_of, stack_of
+from app.commands.making import keep_marks, material_of, stack_of, with_material
 from app.commands.surface import save as save_maps
 from app.commands.surface import surface_of
 from app.document.document import ImportChoices, Project
@@ -37,11 +37,9 @@ from app.project.pixels import FILES
 from app.project.project_file import ENDING, History, Writer, data_folder
 from app.project.thumbnail import keep_thumbnail
 from engine.capture.lights.sources import find_packed
-from engine.capture.stack import ImageStack
 from engine.core.health import Verdict
 from engine.core.steps import Step, Steps, part, without_partials
 from engine.scene.credits import Credits
-from engine.scene.material import Material
 from engine.storage.atomic import atomic_folder, discard, make_folder, write_json
 from engine.surface.lamps import shows_slopes
 
@@ -119,7 +117,7 @@ def _make(capture: Capture, template: Project, order: Order, folder: Path) -> St
     stack = yield from _pass_on(stack_of(sources, project.import_choices, data / f"stack-{key}"), 0.05, 0.45)
     project = replace(project, stack=stack, excluded=project.excluded & frozenset(stack.sources))
     material = yield from _pass_on(material_of(project), 0.45, 0.6)
-    project = _with_material(project, stack, material)
+    project = with_material(project, stack, material)
     if shows_slopes(stack):
         surface = yield from _pass_on(surface_of(project), 0.6, 0.7)
         untimed = replace(surface, seconds={})  # as what is made twice is the same
@@ -174,17 +172,6 @@ def _key(project: Project, capture: Capture, contents: Mapping[Path, str]) -> st
     """The hash of all that the folder of a capture is made from."""
     parts = [getattr(project, each.name) for each in fields(Project)]
     return key_of(engine.__version__, dict(capture.metadata), *parts, contents=contents)
-
-
-def _with_material(project: Project, stack: ImageStack, material: Material) -> Project:
-    """`project` with the material that was built of its stack, shown flat where lamps stood all around."""
-    kept = {name: getattr(project.material, name) for name in ("brdf", "measured", "sigma")}
-    provenance = {**stack.provenance, "excluded_photographs": sorted(project.excluded)}
-    provenance["power_law_scale"] = project.scale
-    built = replace(material, **kept)
-    made = replace(project, material=built, built_from=project.recipe, provenance=provenance)
-    is_flat = material.directional is not None and project.mesh is None
-    return replace(made, **made.lay_flat(built)) if is_flat else made
 
 
 def _describe(capture: Capture, project: Project, sent: Mapping[str, Any] | None) -> dict[str, Any]:

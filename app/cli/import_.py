@@ -23,17 +23,17 @@ from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.lights.light_file import save_lights
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.selection import Arc, Azimuth, Listed
-from engine.capture.lights.sources import find_packed
+from engine.capture.lights.sources import Sources, find_packed
 from engine.capture.photograph.grey_patch import GreyPatch
 from engine.capture.photograph.lens import save_lens
 from engine.capture.registration.framing import Framing
 from engine.capture.registration.framing import crop as crop_to_size
 from engine.capture.registration.warp import Region
 from engine.capture.scale import CameraDistance, ChartPitch, KnownLength, ScaleChoice, scale_text
-from engine.capture.stack import lights_of
+from engine.capture.stack import ImageStack, lights_of
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, time_text
-from engine.core.steps import Step, drain
+from engine.core.steps import Step, Steps, drain
 from engine.storage.unpack import is_archive
 
 EXAMPLE = "lightarc import photographs -o stack --angles-deg 10,20,30,40,50,60,70,80,90"
@@ -52,6 +52,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", required=True, type=Output(STACK, Path), metavar="STACK", help="folder of the stack"
     )
+    add_choices(parser)
+    parser.epilog = f"{parser.epilog}\n\n{JSON_HELP}"
+
+
+def add_choices(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say how photographs are imported."""
     parser.add_argument(
         "--angles-deg",
         type=Degrees(0, "10,20,30"),
@@ -272,7 +278,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="use photographs that show nothing too: black ones, and ones that are clipped all over",
     )
-    parser.epilog = f"{parser.epilog}\n\n{JSON_HELP}"
 
 
 JSON_HELP = """\
@@ -306,6 +311,28 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
     """Import what `arguments` say; archives are unpacked in the folder `scratch`."""
     start = time.perf_counter()
     memory = _Memory(show)
+    settings = choose_settings(arguments)
+    sources = drain(find_sources(arguments, arguments.photographs, scratch), show)
+    stack = drain(import_stack(sources, settings, arguments.output), memory)
+    write_beside(arguments, stack)
+    return {**describe(stack), "time_s": time.perf_counter() - start, "peak_memory_bytes": memory.peak_bytes()}
+
+
+def find_sources(arguments: argparse.Namespace, paths: list[Path], scratch: Path | None = None) -> Steps[Sources]:
+    """The photographs at `paths` as the options say; archives are unpacked in the folder `scratch`."""
+    pair = arguments.pair if arguments.pair in ("auto", "none") else Path(arguments.pair)
+    outline, aside = outline_of(arguments.sphere), frames_of(arguments)
+    return find_packed(paths, arguments.angles_deg, sphere=outline, aside=aside, pair=pair, scratch=scratch)
+
+
+def frames_of(arguments: argparse.Namespace) -> list[Path]:
+    """Files that the options name, which are not photographs of the sample."""
+    chosen = [arguments.dark, arguments.flat, arguments.chart, arguments.mask]
+    return [path for path in chosen if path is not None and path not in (Path("auto"), Path("alpha"))]
+
+
+def choose_settings(arguments: argparse.Namespace) -> ImportSettings:
+    """The settings of an import that the options say; UsageError for options that do not fit together."""
     if arguments.no_align and arguments.motion != "auto":
         raise UsageError("--motion is of an alignment, which --no-align leaves out: choose one")
     if arguments.write_chart is not None and arguments.chart is None:
@@ -314,12 +341,7 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         raise UsageError("--write-lens needs --lens, by which it is measured")
     chart: Path | Literal["auto"] | None = "auto" if arguments.chart == Path("auto") else arguments.chart
     mask: Path | Literal["alpha"] | None = "alpha" if arguments.mask == Path("alpha") else arguments.mask
-    frames = [path for path in (arguments.dark, arguments.flat, chart, mask) if isinstance(path, Path)]
-    outline, angles_deg = _outline(arguments.sphere), arguments.angles_deg
-    pair = arguments.pair if arguments.pair in ("auto", "none") else Path(arguments.pair)
-    finding = find_packed(arguments.photographs, angles_deg, sphere=outline, aside=frames, pair=pair, scratch=scratch)
-    sources = drain(finding, show)
-    settings = ImportSettings(
+    return ImportSettings(
         motion="none" if arguments.no_align else arguments.motion,
         white_balance=_balance(arguments.white_balance),
         transfer=arguments.transfer,
@@ -331,7 +353,7 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         flat="none" if arguments.no_flat else arguments.flat or "auto",
         lamp_distance=arguments.lamp_distance,
         lights=_selection(arguments),
-        second_sphere=_outline(arguments.second_sphere),
+        second_sphere=outline_of(arguments.second_sphere),
         equalise=_balance(arguments.equalise),
         trust_angles=arguments.trust_angles,
         strict=arguments.strict,
@@ -345,13 +367,20 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         scale=arguments.scale,
         lens=arguments.lens,
     )
-    stack = drain(import_stack(sources, settings, arguments.output), memory)
+
+
+def write_beside(arguments: argparse.Namespace, stack: ImageStack) -> None:
+    """Write what the options ask for beside the stack: lights, the chart, the lens."""
     if arguments.write_lights is not None:
         save_lights(arguments.write_lights, lights_of(stack))
     if arguments.write_chart is not None:
         save_chart(arguments.write_chart, stack.provenance["chart"])
     if arguments.write_lens is not None:
         save_lens(arguments.write_lens, stack.provenance["lens"])
+
+
+def describe(stack: ImageStack) -> dict[str, Any]:
+    """The figures of a stack for JSON."""
     return {
         "images": len(stack.sources),
         "height_px": stack.radiance.shape[1],
@@ -371,8 +400,6 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
         "scale": stack.provenance.get("scale"),
         "calibration": stack.provenance.get("calibration") or [],
         "warnings": stack.health.warnings,
-        "time_s": time.perf_counter() - start,
-        "peak_memory_bytes": memory.peak_bytes(),
     }
 
 
@@ -550,7 +577,7 @@ def _sphere(text: str) -> str | tuple[float, ...]:
     return outline
 
 
-def _outline(choice: Any) -> Any:
+def outline_of(choice: Any) -> Any:
     return Circle(*choice) if isinstance(choice, tuple) else choice
 
 

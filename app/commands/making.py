@@ -230,3 +230,14 @@ def _compress(project: Project, shading_map: ShadingMap) -> Steps[PowerLawMap]:
         bound = project.error_bound_percent / 100.0 * shading_map.r_max
         power_law = yield from part(keep_tiles(power_law, shading_map, bound), 0.8, 1.0)
     return power_law
+
+
+def with_material(project: Project, stack: ImageStack, material: Material) -> Project:
+    """`project` with the material that was built of its stack, shown flat where lamps stood all around."""
+    kept = {name: getattr(project.material, name) for name in ("brdf", "measured", "sigma")}
+    provenance = {**stack.provenance, "excluded_photographs": sorted(project.excluded)}
+    provenance["power_law_scale"] = project.scale
+    built = dataclasses.replace(material, **kept)
+    made = dataclasses.replace(project, material=built, built_from=project.recipe, provenance=provenance)
+    is_flat = material.directional is not None and project.mesh is None
+    return dataclasses.replace(made, **made.lay_flat(built)) if is_flat else made

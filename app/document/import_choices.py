@@ -18,7 +18,7 @@ from engine.capture.lights.sources import Sources
 from engine.capture.object_outline import ObjectOutline
 from engine.capture.photograph.exposures import Exposure
 from engine.capture.scale import CameraDistance, ChartPitch, KnownLength, ScaleChoice
-from engine.core.errors import InputError
+from engine.core.errors import InputError, UsageError
 
 if TYPE_CHECKING:
     from app.document.open_document import Document
@@ -63,6 +63,56 @@ def settings_of(choices: ImportChoices) -> ImportSettings:
         strict=not choices.leave_out,
         use_all=choices.use_all,
     )
+
+
+def choices_of(settings: ImportSettings, sphere: Circle | Literal["auto"] | None = None) -> ImportChoices:
+    """The choices of a project by which an import has these `settings`, and the lights a mirror `sphere` shows.
+
+    Raises UsageError for settings that a project does not keep.
+    """
+    from engine.capture.import_plan import CALIBRATED
+    from engine.capture.photograph.grey_patch import GreyPatch
+
+    balance, equalise, scale = settings.white_balance, settings.equalise, settings.scale
+    patch = next((each for each in (balance, equalise) if isinstance(each, GreyPatch)), None)
+    given = {"auto": CALIBRATED, "none": ()}
+    calibrate = given[settings.calibrate] if isinstance(settings.calibrate, str) else settings.calibrate
+    outline = (sphere.column, sphere.row, sphere.radius) if isinstance(sphere, Circle) else None
+    choices = ImportChoices(
+        motion=settings.motion,
+        white_balance=balance if balance in ("camera", "none") else "camera",
+        transfer=settings.transfer,
+        dark=settings.dark,
+        flat=settings.flat,
+        lamp_distance=settings.lamp_distance,
+        sphere=sphere is not None,
+        outline=outline,
+        second_sphere=settings.second_sphere is not None,
+        equalise="object" if equalise == "object" else "patch" if equalise is not None else "",
+        patch=None if patch is None else (patch.left, patch.top, patch.width, patch.height),
+        framing=settings.framing,  # type: ignore[arg-type]
+        without_estimates=tuple(term for term in CALIBRATED if term not in calibrate),
+        lights_form=settings.lights_form,
+        chart=settings.chart or "none",
+        lens=settings.lens or "none",
+        mask="none" if settings.mask is None or isinstance(settings.mask, ObjectOutline) else settings.mask,
+        scale_mm=scale if isinstance(scale, float) else None,
+        chart_pitch_mm=scale.pitch_mm if isinstance(scale, ChartPitch) else None,
+        scale_by_camera=isinstance(scale, CameraDistance),
+        camera_distance_mm=scale.distance_mm if isinstance(scale, CameraDistance) else None,
+        known_length=(*scale.first, *scale.second, scale.length_mm) if isinstance(scale, KnownLength) else None,
+        pair_gain=settings.pair_gain,
+        trust_angles=settings.trust_angles,
+        leave_out=not settings.strict,
+        use_all=settings.use_all,
+        working_space=settings.working_space,
+    )
+    kept, wanted = settings_of(choices), dataclasses.replace(settings, calibrate=calibrate)
+    names = [field.name for field in dataclasses.fields(wanted)]
+    lost = [name for name in names if getattr(kept, name) != getattr(wanted, name)]
+    if lost:
+        raise UsageError(f"a project does not keep this choice of an import: {', '.join(lost)}; write a stack instead")
+    return choices
 
 
 def _mask_of(choices: ImportChoices) -> Path | Literal["alpha"] | ObjectOutline | None:

@@ -95,6 +95,13 @@ def keep_work() -> None:
     _grace_s = KEEPING_S
 
 
+def go_on() -> None:
+    """Go on after a wish that was answered by other work than the end; the next one ends the process at once."""
+    _wished.clear()
+    if _late is not None:
+        _late.cancel()
+
+
 def keep_frames(interrupt: BaseException) -> None:
     """Keep the functions that `interrupt` left, with all that they hold, until the process has ended.
 

@@ -22,7 +22,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,8 @@ from numpy.typing import NDArray
 from engine.capture.decoded import Decoded, Kept, Mark, mark_of
 from engine.capture.doubts import FEWEST
 from engine.capture.empty import empty
+from engine.capture.import_plan import ImportSettings
+from engine.capture.lights.capture_file import read_capture_file
 from engine.capture.lights.file_names import printable
 from engine.capture.lights.folder import CAPTURE_FILE, one_of_each_shot
 from engine.capture.lights.light_angles import LIGHT_SUFFIXES
@@ -37,6 +39,7 @@ from engine.capture.lights.listed import Direction, Listed, coverage, from_names
 from engine.capture.lights.mirror_sphere import Circle, find_highlights, find_sphere, light_direction
 from engine.capture.lights.sources import belongs, is_set_aside, list_entries
 from engine.capture.photograph.decode import LARGE_PIXELS, Reading
+from engine.capture.photograph.grey_patch import GreyPatch
 from engine.capture.photograph.kinds import photograph_suffixes
 from engine.capture.registration.align import align
 from engine.capture.registration.pair_motion import largest_move
@@ -89,12 +92,13 @@ class Watching:
 @dataclass(frozen=True, eq=False)
 class Arrived:
     """A photograph that is there: uint8 sRGB `thumbnail` (h, w, 3), None where it cannot be read, its light, and the
-    findings on it."""
+    findings on it. It `counts` unless it is the same image as another."""
 
     path: Path
     thumbnail: NDArray[np.uint8] | None
     direction: Direction | None
     findings: tuple[Finding, ...]
+    counts: bool = True
 
     @property
     def verdict(self) -> Verdict:
@@ -108,7 +112,7 @@ class Capture:
 
     Attributes
     ----------
-    photographs : those that are there, in the order in which they came; the last one is `new` where one just did.
+    photographs : those that are there, in the order in which they came; `new` are the names of those that just did.
     awaited : names of files that are being written or decoded. expect : the number at which it ends, None without.
     listed : lights that a list states, those of photographs that are missing as well.
     findings : what is to be said of the whole, as a list that cannot be read.
@@ -119,7 +123,7 @@ class Capture:
     expect: int | None = None
     listed: tuple[Direction, ...] = ()
     findings: tuple[Finding, ...] = ()
-    new: Arrived | None = None
+    new: frozenset[str] = frozenset()
 
     @property
     def directions(self) -> list[Direction]:
@@ -134,8 +138,8 @@ class Capture:
 
     @property
     def count(self) -> int:
-        """The number of photographs that could be read."""
-        return sum(one.thumbnail is not None for one in self.photographs)
+        """The number of photographs that could be read, each once."""
+        return sum(one.thumbnail is not None and one.counts for one in self.photographs)
 
 
 @dataclass(eq=False)
@@ -158,6 +162,17 @@ class _File:
         return self.kept is not None or self.said
 
 
+def decoding_options(folder: Path, settings: ImportSettings) -> dict[str, Any]:
+    """The options with which an import by `settings` decodes the photographs of a folder, as far as that is known."""
+    transfer: str | None = settings.transfer
+    stated = [entry for entry in list_entries(folder) if entry.name.lower() == CAPTURE_FILE]
+    if transfer == "auto" and stated:
+        with suppress(InputError):  # which the import reports
+            transfer = read_capture_file(stated[0]).transfer
+    balance = "none" if isinstance(settings.white_balance, GreyPatch) else settings.white_balance
+    return {"white_balance": balance, "transfer": transfer or "auto", "bands": settings.bands}
+
+
 def arrive(
     decoded: Decoded, watching: Watching, is_ended: Callable[[], bool] = lambda: False, wait: Wait | None = None
 ) -> Steps[Capture]:
@@ -173,6 +188,8 @@ def arrive(
         while True:
             changed = follow.look(closed)
             changed |= follow.decode()
+            if changed:
+                follow.judge()
             capture = follow.capture
             now = time.monotonic()
             if changed or follow.is_busy:
@@ -213,6 +230,7 @@ class _Follow:
     _about_list: tuple[Finding, ...] = ()
     _sphere: Circle | None = None
     _shots: set[Path] = field(default_factory=set)
+    _new: set[Path] = field(default_factory=set)
 
     @property
     def is_busy(self) -> bool:
@@ -246,8 +264,6 @@ class _Follow:
         for path, file in self.files.items():
             if names and path.resolve() in names and not file.is_closed:
                 file.is_closed, file.since_s = True, time.monotonic()
-        if changed:
-            self._judge()
         return changed
 
     def decode(self) -> bool:
@@ -337,7 +353,7 @@ class _Follow:
         assert first.kept is not None
         if first is not file:
             file.moved_px = _find_motion(first.kept, file.kept)
-        self._judge(path)
+        self._new.add(path)
         return True
 
     def _give_up(self, path: Path, file: _File) -> None:
@@ -345,9 +361,9 @@ class _Follow:
             file.error = InputError(path, "is empty", "Copy it again")
         file.said = True
         self.order.append(path)
-        self._judge(path)
+        self._new.add(path)
 
-    def _judge(self, new: Path | None = None) -> None:
+    def judge(self) -> None:
         """Say of all photographs what is to be said of them by now."""
         there = [(path, self.files[path]) for path in self.order]
         taken = [(path, file, file.kept) for path, file in there if file.kept is not None]
@@ -355,7 +371,7 @@ class _Follow:
         directions = self._directions(paths, taken)
         said = dict(zip(paths, _judge_all(taken, directions, self._sphere is not None), strict=True))
         shown = [
-            Arrived(path, to_display8(file.kept.noted.thumbnail), directions.get(path), tuple(said[path]))
+            Arrived(path, to_display8(file.kept.noted.thumbnail), directions.get(path), *said[path])
             if file.kept is not None
             else Arrived(path, None, None, (_about_error(path, file.error),))
             for path, file in there
@@ -365,8 +381,8 @@ class _Follow:
             expect = len(self._listed.directions)
         awaited = tuple(printable(path) for path, file in self.files.items() if not file.is_over)
         listed = self._listed.directions if self._listed is not None else ()
-        arrived = next((one for one in shown if one.path == new), None)
-        self.capture = Capture(tuple(shown), awaited, expect, listed, self._about_list, arrived)
+        new, self._new = frozenset(path.name for path in self._new), set()
+        self.capture = Capture(tuple(shown), awaited, expect, listed, self._about_list, new)
 
     def _directions(self, paths: list[Path], taken: Sequence[_Taken]) -> dict[Path, Direction]:
         """The lights of photographs, as far as they are known: those that the sphere shows, else what is stated."""
@@ -428,8 +444,8 @@ def _find_motion(first: Kept, kept: Kept) -> float | None:
 
 def _judge_all(
     taken: Sequence[_Taken], directions: Mapping[Path, Direction], sees_sphere: bool
-) -> Iterator[list[Finding]]:
-    """What is to be said of each photograph, beside the others."""
+) -> Iterator[tuple[tuple[Finding, ...], bool]]:
+    """The findings on each photograph beside the others, and whether it is another image than those before it."""
     names = [printable(path) for path, _, _ in taken]
     kept = [one for _, _, one in taken]
     qualities = [Quality(one.clipped, one.black, *one.noted.noise_and_sharpness) for one in kept]
@@ -461,7 +477,7 @@ def _judge_all(
             said.append(Finding(verdict, f"lies {number(file.moved_px)} px beside the first photograph", name))
         if sees_sphere and isinstance(file.spot, UsageError):
             said.append(Finding(Verdict.WARNING, f"does not show its lamp on the mirror sphere: {file.spot}", name))
-        yield said
+        yield tuple(said), twin == name
 
 
 def _about_error(path: Path, error: InputError | None) -> Finding:

@@ -109,12 +109,14 @@ class Decoded:
 
     def find(self, path: Path, options: Mapping[str, Any]) -> Kept | None:
         """The photograph at `path` as it is decoded with `options`; None where that was not done, or it has changed."""
-        if not self._kept or _complete(options) != self._complete:
+        if not self._kept:
             return None
-        mark = mark_of(path)
+        mark, asked, known = mark_of(path), _complete(options), self._complete
         with self._lock:
             kept = self._kept.get(mark) if mark is not None else None
-        return None if kept is None else replace(kept, photograph=replace(kept.photograph, path=path))
+        if kept is not None and kept.photograph.container != "RAW":  # whose white balance the decoder sees to
+            asked = {**asked, "white_balance": known["white_balance"]}
+        return None if kept is None or asked != known else replace(kept, photograph=replace(kept.photograph, path=path))
 
     def close(self) -> None:
         """Forget all photographs; who has taken one keeps it."""

@@ -146,6 +146,8 @@ def _verbs() -> Iterator[Work]:
         yield Work(f"turntable {ending}", words, None, f"a.{ending}")
     words = "batch {inputs}/photographs -o {output} --to none --workers 1 --quiet"
     yield Work("batch", words, None, "batch", open_batch, rare=True)
+    words = "watch {inputs}/photographs -o {output} --until-idle 0.1 --calibrate none --quiet"
+    yield Work("watch", words, None, "watched", rare=True)
     yield Work("completion", "completion bash")
     yield Work("desktop", "desktop-install --folder {output}", None, "share")
     yield Work("plan", "plan {inputs}/mesh.obj --brdf lambert --env {inputs}/sky.png --width 24 --height 16", rare=True)

@@ -118,6 +118,7 @@ TEXTS = {
     ),
     "--lamp": tuple(f"{parameter.name}={{}}" for parameter in params.parameters(LampSettings)),
     "--near-lamp": tuple(f"z=2,{parameter.name}={{}}" for parameter in params.parameters(NearLampSettings)),
+    "--until-idle": ("{}", "{}min"),
     "--memory": ("{}", "{}kB"),
     "--memory-limit": ("{}", "{}MB"),
     "--vary": ("alpha={}:0.5:y", "alpha=0.1:{}:x"),

@@ -43,13 +43,12 @@ class Listed:
             return [
                 self.directions[places[at]] if places[at] < len(self.directions) else None for at in range(len(places))
             ]
-        found: list[Direction | None] = []
         for key in (comparable, stem_name, number_of):
             by_key: dict[Hashable, Direction] = dict(zip(map(key, self.names), self.directions, strict=True))
-            found = [by_key.get(key(photograph.name)) for photograph in photographs]
-            if len(by_key) == len(self.names) and None not in found:
-                return found
-        return found
+            matched = [by_key.get(key(photograph.name)) for photograph in photographs]
+            if len(by_key) == len(self.names) and matched != [None] * len(matched):
+                return matched
+        return [None] * len(photographs)
 
 
 def read_listed(files: Sequence[Path], angles_deg: Sequence[float] | None = None) -> Listed | None:

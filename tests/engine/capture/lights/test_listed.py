@@ -20,7 +20,7 @@ def test_a_list_is_matched_by_names_numbers_and_order(tmp_path: Path) -> None:
         high, low = listed.match([Path(name) for name in names])
         assert high == pytest.approx((math.degrees(math.asin(0.8)), 90.0))
         assert low == pytest.approx((0.0, 0.0))
-    assert listed.match([Path("other.tif"), Path("IMG_7.jpg")])[0] is None
+    assert listed.match([Path("other_9.tif"), Path("IMG_7.jpg"), Path("IMG_8.jpg")])[::2] == [None, (90.0, 0.0)]
     ordered = read_listed([], (10.0, 20.0))
     assert ordered is not None
     assert ordered.match([Path("b2.tif"), Path("b10.tif"), Path("b1.tif")]) == [(20.0, None), None, (10.0, None)]
