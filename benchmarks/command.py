@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import os
 from collections.abc import Callable
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.arguments.results import SOAK_LOG, Input, Output
+from app.arguments.results import MEASURED_PAGE, SOAK_LOG, Input, Output
 from engine.core.errors import FileError, MissingCapability, UsageError
 from engine.core.figure_text import number, time_text
 from engine.core.steps import Step, drain
+from engine.storage.atomic import write_bytes
 from engine.transport import method as transport
 
 if TYPE_CHECKING:
@@ -275,6 +277,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--photographs", type=int, metavar="N", help="photographs of large-memory; more than 10 are of a dome (10)"
     )
     parser.add_argument(
+        "--report",
+        type=Output(MEASURED_PAGE, Path),
+        metavar="FILE",
+        help="also write what was measured as a page (.md), with the machine, its load and the commit",
+    )
+    parser.add_argument(
         "--record",
         type=Output(SOAK_LOG, Path),
         metavar="FOLDER",
@@ -284,6 +292,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     chosen = arguments.only or [name for name in (*MEASURES, *ACCURACIES) if arguments.large or name not in LARGE]
+    load = os.getloadavg()[0]
     measures, warnings = [], []
     accuracies: list[dict[str, Any]] = []
     for index, name in enumerate(chosen):
@@ -302,7 +311,13 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         for each in accuracies
         if each["bound"] is not None and each["error"] > each["bound"]
     ]
-    return {"measures": measures, "accuracies": accuracies, "warnings": warnings}
+    result = {"measures": measures, "accuracies": accuracies, "warnings": warnings}
+    if arguments.report is None:
+        return result
+    from benchmarks.page import write_page
+
+    write_bytes(arguments.report, write_page(result, load).encode())
+    return {**result, "report": str(arguments.report)}
 
 
 def report(result: dict[str, Any]) -> str:

@@ -258,6 +258,9 @@ SELFTEST_CASES = Kind(
 )
 #: A log, whose first line begins with a time and the name of the program.
 LOG = Kind("a log", (".log", ".txt"), is_earlier=lambda path: _holds(path, b"  lightarc ", 1 << 6))
+MEASURED_PAGE = Kind(
+    "a page of what was measured", (".md",), is_earlier=lambda path: _holds(path, b"# Speeds and errors of one run", 64)
+)
 SHARED = Kind("a folder", shared=True)
 SOAK_LOG = _folder("a record of a soak", "soak.jsonl")
 SWEEP = Kind("a file of a sweep", (".json", ".csv", ".png", ".svg"), is_earlier=_is_sweep)

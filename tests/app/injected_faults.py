@@ -203,7 +203,7 @@ def _verbs() -> Iterator[Work]:
     yield Work("selftest", "selftest --long --cases 3 -o {output}.json", rare=True)
     yield Work("selftest repeat", "selftest --repeat {inputs}/cases.json", rare=True)
     yield Work("demo", "demo -o {output}", None, "demo", rare=True)
-    yield Work("bench", "bench --only linearise", rare=True)
+    yield Work("bench", "bench --only linearise --report {output}", None, "measured.md", rare=True)
     yield Work("gui", "gui {inputs}/a.png", ends=MISSING)
     words = "simulate --sample woven --size 16 --elevations-deg 30,60 --format dng --calibration --sphere -o {output}"
     yield Work("simulate dng", words, None, "capture", rare=True)

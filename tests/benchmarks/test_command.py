@@ -17,6 +17,7 @@ from app.cli import bench as verb
 from benchmarks import brdf, capture_truth, shading
 from benchmarks import command as bench
 from benchmarks.measure import Accuracy, Measure, best_of
+from benchmarks.page import write_page
 from engine.brdf.brdf import MODELS
 from engine.core.steps import Step, Steps
 from tests.app.conftest import BUILD_PARSER
@@ -139,3 +140,13 @@ def test_best_of_warms_up_and_takes_the_shortest(monkeypatch: pytest.MonkeyPatch
     runs = []
     assert best_of(lambda: runs.append(os.getpid()), repeats=3) == 2.0
     assert len(runs) == 4
+
+
+def test_the_page_states_every_figure_beside_its_limit() -> None:
+    measure = {"name": "linearise", "time_s": 0.002, "limit_s": 0.001, "ratio": 2.0, "limit": "copying | moving"}
+    error = {"name": "ray-misses", "error": 3.0, "bound": None, "what": "rays of a million"}
+    page = write_page({"measures": [measure], "accuracies": [error], "warnings": ["gl-frame was left out"]}, 0.5)
+    assert r"| `linearise` | 2 ms | 1 ms | 2 | copying \| moving |" in page
+    assert "| `ray-misses` | 3 | none | rays of a million |" in page
+    assert "- Load before the run: 0.5" in page
+    assert page.endswith("- gl-frame was left out\n")
