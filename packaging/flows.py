@@ -154,13 +154,18 @@ def export(user: User, *names: str) -> None:
     )
     if "Web page" not in seen["places"]:
         user.click("Other programs")
-    seen = user.until(lambda seen: names[0] in seen["places"], "the targets", 60.0)
+    seen = user.until(lambda seen: target(seen, names[0]) != "", "the targets", 60.0)
     unasked = [title for title in seen["computing"] if "measuring" in title.lower()]
     expect(not unasked, f"something is measured unasked: {unasked}")
     for name in names:
-        if name not in seen["checked"]:
-            user.click(name)
+        if target(seen, name) not in seen["checked"]:
+            user.click(target(seen, name))
     user.keys("ctrl+Return")
+
+
+def target(seen: Seen, name: str) -> str:
+    """The words of the box of a target, which may say in brackets what is written; '' where there is none."""
+    return next((words for words in seen["places"] if words.partition(" (")[0] == name), "")
 
 
 def export_material(user: User) -> list[Path]:

@@ -243,7 +243,7 @@ def export(user: User, _given: Path) -> None:
     with_sample(user)
     workspace(user, "Export")
     user.click("Other programs")
-    user.click("Blender")
+    user.click(next(words for words in user.seen["places"] if words.startswith("Blender")))
     user.keys("ctrl+Return")
     target = user.folder / "Woven sample exports"
     user.until(lambda _seen: any(target.rglob("*lender*")), "the files", LONGEST_S)
@@ -297,11 +297,13 @@ TASKS: tuple[Task, ...] = (
 )
 
 
-def try_out(task: Task, folder: Path, given: Path, *files: str, shows_steps: bool = False) -> dict[str, Any]:
+def try_out(
+    task: Task, folder: Path, given: Path, *files: str, shows_steps: bool = False, is_new: bool = False
+) -> dict[str, Any]:
     """One task from a first start, with `files` of `given`: its counts, and why it was not done; '' where it was."""
     name, place = task.__name__, folder / task.__name__
     place.mkdir(parents=True)
-    user, why_not = User(place, shows_steps=shows_steps), ""
+    user, why_not = User(place, shows_steps=shows_steps, is_new=is_new), ""
     begun = time.monotonic()
     user.start(*(given / file for file in files))
     start_s = time.monotonic() - begun
@@ -325,6 +327,9 @@ def try_out(task: Task, folder: Path, given: Path, *files: str, shows_steps: boo
         "keys": user.pressed,
         "waiting_s": round(user.waited_s, 1),
         "start_s": round(start_s, 1),
+        "whole_s": round(time.monotonic() - begun, 1),
+        "moments": {name: round(seconds, 1) for name, seconds in user.moments.items()},
+        "dead_ends": user.notices + ([why_not] if why_not else []),
         "steps": [{**step, "waited_s": round(step["waited_s"], 1)} for step in user.steps],
         "pictures": sorted(path.name for path in place.glob("*.png")),
         "why_not": why_not,

@@ -47,7 +47,7 @@ def watch(paths: list[Path], seen: Path) -> int:
 
 def tell(seen: Path) -> None:
     """Write what can be seen: places of widgets by their words, banners, jobs, and marks of the document."""
-    from PySide6.QtWidgets import QAbstractButton, QApplication, QDialog, QLabel, QWidget
+    from PySide6.QtWidgets import QAbstractButton, QApplication, QDialog, QLabel, QMessageBox, QWidget
 
     from app.viewport.viewport import Viewport
     from app.window.main_window import MainWindow
@@ -83,6 +83,9 @@ def tell(seen: Path) -> None:
             if isinstance(each, QDialog) and each.isVisible()
         ],
         "banners": window.banners.words,
+        "messages": [
+            each.text() for each in QApplication.topLevelWidgets() if isinstance(each, QMessageBox) and each.isVisible()
+        ],
         "jobs": [job.title for job in window.bench.jobs.active if job.is_asked_for],
         "computing": [job.title for job in window.bench.jobs.active],
         "path": str(projects.path),
@@ -137,7 +140,9 @@ class User:
     `clicks` are those of the mouse, drags among them, `pressed` keys (a text that is typed is one), and `waited_s` the
     seconds until something was there that was waited for. `steps` are clicks, drags, chords of keys and typed texts in
     their order, each with the seconds of waiting that followed; `shows_steps` keeps an image of the display before
-    each of them.
+    each of them. One who `is_new` begins at the start page; others in Capture. `moments` are seconds since `begun`, the
+    start of the program; `notices` are the words of all banners and messages that were seen, but for
+    the offer to name a project.
     """
 
     folder: Path
@@ -149,6 +154,10 @@ class User:
     compared: list[Seen] = field(default_factory=list)
     steps: list[Seen] = field(default_factory=list)
     shows_steps: bool = False
+    is_new: bool = False
+    begun: float = 0.0
+    moments: dict[str, float] = field(default_factory=dict)
+    notices: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.folder = self.folder.absolute()  # a relative XDG_DATA_HOME would be passed over for the user's own
@@ -169,12 +178,13 @@ class User:
         places |= {"HOME": str(self.folder)}
         words = [sys.executable, __file__, str(self.folder / "seen.json"), *map(str, paths)]
         log = (self.folder / "log.txt").open("ab")
+        self.begun = time.monotonic()
         self.process = subprocess.Popen(words, env={**os.environ, **places}, stdout=log, stderr=log)
         self.until(lambda seen: bool(seen), "the window")
         do("search", "--sync", "--onlyvisible", "--name", "Lightarc", "windowactivate", "--sync")
         time.sleep(4 * PAUSE_S)
         self.leave_tour()
-        if not paths and self.seen["workspace"] == "start":
+        if not paths and not self.is_new and self.seen["workspace"] == "start":
             do("key", "ctrl+1")  # the work of these sessions begins in Capture
             self.until(lambda seen: seen["workspace"] == "capture", "the Capture workspace", 60.0)
 
@@ -190,6 +200,9 @@ class User:
         begun = time.monotonic()
         while time.monotonic() < begun + within_s:
             seen = self.seen
+            said = {cause: words for cause, words in seen.get("banners", {}).items() if cause != "name"}
+            new = [*said.values(), *seen.get("messages", ())]
+            self.notices += [words for words in new if words not in self.notices]
             if seen and is_so(seen):
                 waited_s = time.monotonic() - begun
                 self.waited_s += waited_s
