@@ -80,6 +80,7 @@ if TYPE_CHECKING:
     from engine.storage.readers import register as register_reader
     from engine.surface.recover import Surface
     from engine.tradeoff.sweep import Tradeoff
+    from lightarc._batch import run_batch
     from lightarc._brdf import (
         evaluate_brdf,
         evaluate_pdf,
@@ -126,6 +127,7 @@ __all__ = [  # noqa: RUF022 - in the order in which they are used
     "open_material",
     "verify_bundle",
     "export",
+    "run_batch",
     "open_brdf",
     "evaluate_brdf",
     "sample_brdf",
@@ -198,6 +200,7 @@ __all__ = [  # noqa: RUF022 - in the order in which they are used
 _LATER = {
     **dict.fromkeys(("evaluate_brdf", "evaluate_pdf", "factor_brdf", "fit_brdf"), "lightarc._brdf"),
     **dict.fromkeys(("open_brdf", "sample_brdf", "save_brdf", "save_factors"), "lightarc._brdf"),
+    "run_batch": "lightarc._batch",
     **dict.fromkeys(("import_capture", "open_capture", "open_stack", "recover_normals"), "lightarc._capture"),
     **dict.fromkeys(("simulate_capture",), "lightarc._capture"),
     **dict.fromkeys(("build_material", "compress_material", "export", "open_bundle"), "lightarc._material"),

@@ -48,12 +48,16 @@ def researcher(user: User, given: Path) -> None:
     user.click("BRDF or material")
     user.answer("Open", given / "blue.binary")
     user.until(lambda seen: bool(seen["marks"]["compared"]), "the BRDF", LONGEST_S)
-    for name, mark in (("vase.obj", "mesh"), ("studio.exr", "light")):
-        user.keys("ctrl+o")
-        user.answer("Open", given / name)
-        stem = name.partition(".")[0]
-        user.until(lambda seen, mark=mark, stem=stem: stem in (seen["marks"][mark] or ""), name, LONGEST_S)
+    open_file(user, given / "vase.obj", "mesh")
+    open_file(user, given / "studio.exr", "light")
     flows.researcher(user, given)
+
+
+def open_file(user: User, path: Path, mark: str) -> None:
+    """Open a file, and wait until the document has it."""
+    user.keys("ctrl+o")
+    user.answer("Open", path)
+    user.until(lambda seen: path.stem in (seen["marks"][mark] or ""), path.name, LONGEST_S)
 
 
 def see_example(user: User, name: str) -> None:

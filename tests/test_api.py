@@ -32,8 +32,9 @@ def made_up_costs(*, anew: bool = False) -> Steps[object]:
     return CostModel("test", "test", dict.fromkeys(NAMES, ((1.0, 1e-6),)))
 
 
-#: Functions whose examples compile the kernels of every transport method, which takes minutes where they are not kept.
-SLOW = ("plan", "tradeoff", "draw_figures")
+#: Functions whose examples compile the kernels of every transport method, which takes minutes where they are not kept,
+#: or start processes.
+SLOW = ("run_batch", "plan", "tradeoff", "draw_figures")
 
 
 def test_examples_of_all_functions_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

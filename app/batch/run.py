@@ -42,8 +42,9 @@ from engine.storage.atomic import make_folder
 #: The function that makes a capture, in a worker: of its text, and the order as JSON values.
 MAKE = "app.batch.making:make_of_request"
 
-#: Seconds that a capture may take where nobody says.
+#: Seconds that a capture may take where nobody says, and the shortest and the longest time that it may be given.
 TIME_LIMIT_S = 3600.0
+MIN_TIME_S, MAX_TIME_S = 1.0, 1e9
 
 #: Seconds between two looks at the workers, and between two versions of the report while a run goes on; the share of
 #: the time that writing it may take.
@@ -69,6 +70,8 @@ class Settings:
     workers : processes; None for one on each core.
     time_limit_s, memory_limit_bytes : of one capture; None for an even share of the memory that is free.
     cluster : address of the scheduler of a Dask cluster, on whose workers captures are made (`engine.core.cluster`).
+
+    UsageError for a time that no capture can be given.
     """
 
     template: Project | None = None
@@ -77,6 +80,11 @@ class Settings:
     time_limit_s: float = TIME_LIMIT_S
     memory_limit_bytes: int | None = None
     cluster: str = ""
+
+    def __post_init__(self) -> None:
+        if not MIN_TIME_S <= self.time_limit_s <= MAX_TIME_S:
+            low, high = f"{MIN_TIME_S:g} s", f"{MAX_TIME_S:g} s"
+            raise UsageError(f"a time limit of {self.time_limit_s:g} s is outside {low} … {high}")
 
     @property
     def worker_count(self) -> int:

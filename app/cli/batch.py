@@ -25,9 +25,6 @@ if TYPE_CHECKING:
 
 EXAMPLE = "lightarc batch museum/ -o results --template dome.lap --to web textures"
 
-#: The shortest and the longest time that a capture may be given, in seconds.
-MIN_TIME_S, MAX_TIME_S = 1.0, 1e9
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
@@ -123,8 +120,6 @@ def _settings(arguments: argparse.Namespace) -> Settings:
     from app.project.project_file import read
 
     limit_s = TIME_LIMIT_S if arguments.time_limit is None else arguments.time_limit
-    if not MIN_TIME_S <= limit_s <= MAX_TIME_S:
-        raise UsageError(f"--time-limit {limit_s:g} s is outside {MIN_TIME_S:g} s … {MAX_TIME_S:g} s")
     targets = None if arguments.to is None else tuple(dict.fromkeys(arguments.to))
     if targets is not None and "none" in targets:
         if len(targets) > 1:
