@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QUrl, Signal
-from PySide6.QtGui import QDesktopServices
+from PySide6.QtGui import QDesktopServices, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QDialog, QFileDialog, QHBoxLayout, QProgressBar, QVBoxLayout, QWidget
 
 from app.batch.record import Row, read_rows
@@ -36,7 +36,7 @@ STATES = {"waiting": "Waiting", "running": "Running", "done": "Done", "failed": 
 
 
 class BatchDialog(QDialog):
-    """One batch. `project_wanted(path)`: the project of a capture that is done is to be opened.
+    """One batch. `project_wanted(path)`: the project of a capture that is done is to be opened. `help_wanted`: F1.
 
     Attributes
     ----------
@@ -46,6 +46,7 @@ class BatchDialog(QDialog):
     """
 
     project_wanted = Signal(object)
+    help_wanted = Signal()
 
     def __init__(self, window: QWidget, jobs: Jobs, template: Callable[[], Project]) -> None:
         super().__init__(window)
@@ -73,6 +74,12 @@ class BatchDialog(QDialog):
             column.addWidget(widget, stretch)
         column.addLayout(self._buttons())
         self._refresh()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.matches(QKeySequence.StandardKey.HelpContents):
+            self.help_wanted.emit()
+        else:
+            super().keyPressEvent(event)
 
     def _choices(self) -> Rows:
         rows = Rows("Many captures in one run")

@@ -140,6 +140,11 @@ def show_for_pointer(window: QWidget, workspaces: Mapping[str, QWidget], pointer
     page, heading = place_of(under, workspaces)
     if page == START:
         page = next((name for name, tab in workspaces.items() if tab.isVisible()), START)
+    return show_help(window, page, heading)
+
+
+def show_help(window: QWidget, page: str, heading: str = "") -> Manual | None:
+    """Open the manual at a heading of a page, in a browser or else in a dialog, which is returned."""
     if HTML.is_dir() and QDesktopServices.openUrl(address_of(page, heading)):
         return None
     manual = window.findChild(Manual) or Manual(window)

@@ -19,7 +19,7 @@ from app.docks.arrangement import Docks
 from app.document.document import Look, Project
 from app.export.tab import ExportTab
 from app.help.keys import show_about, show_keys
-from app.help.manual import show_for_pointer
+from app.help.manual import show_for_pointer, show_help
 from app.help.mode_chooser import ModeChooser
 from app.help.tour import Tour, first_hints
 from app.jobs.jobs import NICENESS, Job
@@ -518,6 +518,7 @@ class MainWindow(QMainWindow):
         if self._batch is None:
             self._batch = BatchDialog(self, self.bench.jobs, lambda: self.bench.document.project)
             self._batch.project_wanted.connect(lambda path: self.files.open([path]))
+            self._batch.help_wanted.connect(lambda: show_help(self, "batch"))
         self._batch.show()
         self._batch.raise_()
         return self._batch

@@ -12,8 +12,10 @@ from PySide6.QtWidgets import QWidget
 
 from app.batch.panel import BatchDialog
 from app.document.document import Project
+from app.help.manual import headings
 from app.jobs.jobs import Jobs
 from app.project.project_file import read
+from app.widgets.panels import Rows
 
 
 @pytest.fixture
@@ -34,6 +36,14 @@ def list_rows(dialog: BatchDialog) -> list[list[str]]:
     table = dialog.table
     items = [[table.item(row, column) for column in range(2)] for row in range(table.rowCount())]
     return [[item.text() for item in row if item is not None] for row in items]
+
+
+def test_f1_asks_for_the_page_of_batches(dialog: BatchDialog, qtbot: Any) -> None:
+    """It has a section for each group of choices."""
+    dialog.show()
+    with qtbot.waitSignal(dialog.help_wanted, timeout=5_000):
+        qtbot.keyClick(dialog.table, Qt.Key.Key_F1)
+    assert headings("batch") == [rows.title for rows in dialog.findChildren(Rows)]
 
 
 def test_a_batch_runs_in_the_window(dialog: BatchDialog, qtbot: Any, tmp_path: Path) -> None:
