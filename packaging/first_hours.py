@@ -46,7 +46,7 @@ def researcher(user: User, given: Path) -> None:
     see_example(user, "Measured satin")
     start_page(user)
     user.click("BRDF or material")
-    user.answer("Open", given / "blue.binary")
+    user.answer("BRDF or material", given / "blue.binary")
     user.until(lambda seen: bool(seen["marks"]["compared"]), "the BRDF", LONGEST_S)
     open_file(user, given / "vase.obj", "mesh")
     open_file(user, given / "studio.exr", "light")

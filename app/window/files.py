@@ -240,6 +240,9 @@ class Files(QObject):
                 self.failures.report("The project cannot be written", error)
 
     def _remember(self, path: Path, folder: Path | None = None) -> None:
+        """Remember a file, and the folder in which dialogs begin: not that of projects without a name."""
+        if folder is None and path.parent == self.projects.folder:
+            folder = Path(self.settings.now.last_folder or Path.home())
         self.settings.opened(path, folder or path.parent)
 
     def _forget_failed(self, error: BaseException) -> None:
@@ -255,4 +258,4 @@ class Files(QObject):
         """Remember the open project as soon as there is work in it."""
         path, now = self.projects.path, self.settings.now
         if now.recent_projects[:1] != (str(path),) and self.projects.is_saved and self.projects.is_worth_keeping():
-            self._remember(path, Path(now.last_folder or path.parent))
+            self._remember(path, Path(now.last_folder) if now.last_folder else None)

@@ -105,6 +105,7 @@ def test_examples_open_beside_the_open_project_and_go_when_nothing_was_done(wind
     second = window.projects.path
     document.change("Notes", notes="mine now")
     qtbot.waitUntil(lambda: window.settings.now.recent_projects[:1] == (str(second),), timeout=60_000)
+    assert window.settings.now.last_folder == str(Path.home())  # a dialog begins there, not among unnamed projects
     window.new()
     assert second.exists()
     assert own_path.exists()
