@@ -37,7 +37,7 @@ def write_page(result: Mapping[str, Any], load: float) -> str:
         "| error of | measured | bound | of what |",
         "|---|---|---|---|",
         *(
-            f"| `{each['name']}` | {number(each['error'], 3)} | {_bound(each['bound'])} | {escape_cell(each['what'])} |"
+            f"| `{each['name']}` | {number(each['error'], 3)} | {_limit(each['bound'])} | {escape_cell(each['what'])} |"
             for each in result["accuracies"]
         ),
         "",
@@ -80,5 +80,5 @@ def escape_cell(text: str) -> str:
     return " ".join(str(text).replace("|", "\\|").split())
 
 
-def _bound(bound: float | None) -> str:
+def _limit(bound: float | None) -> str:
     return "none" if bound is None else number(bound, 3)
