@@ -26,6 +26,7 @@ from engine.scene.material import material_of_brdfs
 from engine.scene.scene import Scene
 from engine.transport.baking.file import TransportFile, open_transport
 from engine.transport.baking.parts import MAX_KINDS, kinds_of
+from engine.transport.baking.settings import BOUNCES
 from engine.transport.baking.spatially_varying import variation_from_text
 from engine.transport.gaussian import bake as gaussian_bake
 from engine.transport.method import Method, Subject, method_of
@@ -109,6 +110,42 @@ def test_each_part_is_that_of_a_bake_of_its_brdf_alone(
     assert exact.max() > 0.1
     on_ground = np.arange(len(mesh.positions), len(transport.mesh.positions))
     assert radiance(method, transport, light, on_ground).max() > 0.05
+
+
+def bowl() -> tuple[Mesh, NDArray[np.float64]]:
+    """The inside of the lower half of a sphere in two parts, and the shares (2,) of the sphere's area that they are."""
+    ball = sphere(8)
+    corners = ball.positions[ball.faces]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    height = corners.mean(axis=1)[:, 1]
+    kept, part = height < 0.0, (height > -0.7).astype(np.int32)
+    shares = np.array([area[kept & (part == each)].sum() for each in range(2)]) / area.sum()
+    inside = replace(ball, normals=-ball.normals, faces=ball.faces[kept][:, ::-1].copy())
+    return split_parts(replace(inside, part=part[kept], part_names=("low", "high"))), shares
+
+
+@pytest.mark.parametrize("name", ["sh", "wavelet", pytest.param("gaussian", marks=pytest.mark.long)])
+def test_parts_light_each_other_as_in_a_sphere(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each point of a sphere sees any piece of it at its share of the area: of what all get, q = Σ shares × albedos
+    goes on to all, so that under even light of 1 every point gets (1 − Σ shares)(1 + q + q² + q³)."""
+    monkeypatch.setattr(wavelet_bake, "MAP_SIZE", 8)
+    monkeypatch.setattr(gaussian_bake, "PROBES", 2)
+    mesh, shares = bowl()
+    albedo = np.array([[0.9, 0.1, 0.5], [0.1, 0.9, 0.5]])
+    # Gaussians need a highlight, be it as faint as this
+    text = "phong:ks=0.0001,kd=" if name == "gaussian" else "lambert:albedo="
+    brdfs = tuple(brdf_from_text(text + "/".join(map(str, each))) for each in albedo)
+    more = {"coefficients": 384} if name == "wavelet" else {}
+    method, transport = bake(name, Subject(mesh, brdfs[0], parts=brdfs), tmp_path, interreflection=True, **more)
+    even = Light(EnvironmentMap(np.ones((8, 16, 3), np.float32), "even"))
+    relit = method.baking.relight_transport(transport, even, method.light())
+    passed_on = shares @ albedo
+    got = (1.0 - shares.sum()) * sum(passed_on**bounce for bounce in range(BOUNCES + 1))
+    for number in range(2):
+        own = np.unique(mesh.faces[mesh.part == number])
+        corners, weights = np.repeat(own[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(own), 1))
+        found = relit.shade((0.0, 3.0, 0.0))(corners, weights)
+        assert np.median(found, axis=0) == pytest.approx(albedo[number] * got, rel=0.05)
 
 
 def test_the_mean_light_of_parts_is_that_of_the_reference(
