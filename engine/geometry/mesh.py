@@ -31,6 +31,8 @@ from engine.geometry.mesh_repair import (
     LARGEST,
     SMALLEST,
     Topology,
+    blocks_of,
+    corner_rows,
     list_used,
     merge_points,
     topology,
@@ -286,11 +288,12 @@ def decode_mesh(
     if names:
         part = np.concatenate([np.full(len(each["faces"]), names.index(each["material"])) for each in parts])
     names = names or parts[0].get("part_names", [])
-    arrays = np.concatenate([each["positions"] for each in parts]), np.concatenate(faces)
+    arrays = [np.concatenate(faces), np.concatenate([each["positions"] for each in parts])]
     normals, uv = _join(parts, "normals", 3), _join(parts, "uv", 2)
     del found, parts, faces
     completed = complete(
-        *arrays,
+        arrays.pop(),  # so that they can be freed within
+        arrays.pop(),
         normals,
         uv,
         name,
@@ -370,6 +373,7 @@ def complete(
     points, place = merge_points(np.where(np.isfinite(positions), positions, 0.0)[used])
     figures["vertices_at_the_same_place"] = len(place) - len(points)
     faces = place[place_of[faces]]
+    del positions, used, place, place_of
     _check_size(points, name)
 
     directed = np.cross(points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[faces[:, 0]])
@@ -408,8 +412,10 @@ def complete(
     figures["texture_coordinates_made"] = int(made.all())
     figures["faces_without_texture_coordinates"] = int(made.sum())
     del directed, incidence, smooth  # what follows takes as much memory again
-    welded = weld(points, faces, corner_normals, corner_uv, corner_colours)
+    corners = corner_rows(faces, corner_normals, corner_uv, corner_colours)
     del corner_normals, corner_uv, corner_colours
+    welded = weld(points, corners)
+    del corners
     shape = topology(points, faces)
     findings = [(int(one.verdict), one.text) for one in (*findings_of(figures), *shape.findings)]
     return {
@@ -512,11 +518,14 @@ def _incidence(faces: NDArray[np.int64], points: int) -> Any:
 
 def _corner_normals(
     smooth: NDArray[np.float64], directed: NDArray[np.float64], faces: NDArray[np.int64], incidence: csr_matrix
-) -> NDArray[np.float64]:
+) -> NDArray[np.float32]:
     """(F, 3, 3) the smooth normal of the point; where it bends sharply, from the faces on this side of the bend."""
     flat = normalize(directed)
-    normals = smooth[faces]
-    face, corner = np.nonzero(np.einsum("fci,fi->fc", normals, flat) < BENT)
+    bent = np.empty(faces.shape, np.bool_)
+    for block in blocks_of(len(faces)):
+        bent[block] = np.einsum("fci,fi->fc", smooth[faces[block]], flat[block]) < BENT
+    normals = smooth.astype(np.float32)[faces]  # vertices have no more
+    face, corner = np.nonzero(bent)
     point = faces[face, corner]
     around = np.diff(incidence.indptr)[point]
     few = around <= MAX_AROUND
@@ -526,9 +535,8 @@ def _corner_normals(
     which = np.repeat(np.arange(len(face)), around)
     other = incidence.indices[incidence.indptr[point][which] + np.arange(len(which)) - first[which]]
     near = np.einsum("pi,pi->p", flat[face[which]], flat[other]) > SHARP
-    for axis in range(3):
-        normals[face, corner, axis] = np.bincount(which, near * directed[other, axis], minlength=len(face))
-    normals[face, corner] = normalize(normals[face, corner])
+    around_here = [np.bincount(which, near * directed[other, axis], minlength=len(face)) for axis in range(3)]
+    normals[face, corner] = normalize(np.stack(around_here, axis=-1))
     return normals
 
 
@@ -549,7 +557,19 @@ def _box_projection(
         smooth = normalize(incidence @ (facing * area))
     low, high = points.min(axis=0), points.max(axis=0)
     centred = (points - (low + high) / 2.0) / np.max(high - low)
-    own = normalize(directed)
+    uv = np.empty((*faces.shape, 2), np.float32)
+    for block in blocks_of(len(faces)):
+        uv[block] = _project(centred, faces[block], normalize(directed[block]), facing[block])
+    return uv
+
+
+def _project(
+    centred: NDArray[np.float64],
+    faces: NDArray[np.int64],
+    own: NDArray[np.float64],
+    facing: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """(F, 3, 2) coordinates of corners along the axis nearest to the normals `facing` (F, 3), or to their `own`."""
     axis = np.argmax(np.abs(facing), axis=1)
     steep = np.abs(own[np.arange(len(axis)), axis]) < 0.5
     axis, facing = np.where(steep, np.argmax(np.abs(own), axis=1), axis), np.where(steep[:, None], own, facing)
@@ -558,7 +578,5 @@ def _box_projection(
     along_u, along_v = np.array([2, 0, 0])[axis], np.array([1, 2, 1])[axis]
     sign_u = np.where(axis == 0, -sign, np.where(axis == 2, sign, 1.0))
     sign_v = np.where(axis == 1, -sign, 1.0)
-    uv = np.empty((*faces.shape, 2), np.float32)
-    uv[..., 0] = sign_u[:, None] * centred[faces, along_u[:, None]]
-    uv[..., 1] = sign_v[:, None] * centred[faces, along_v[:, None]]
-    return uv
+    u = sign_u[:, None] * centred[faces, along_u[:, None]]
+    return np.stack([u, sign_v[:, None] * centred[faces, along_v[:, None]]], axis=-1)

@@ -14,7 +14,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.geometry.mesh_repair import Faces, Points, equal_rows, list_used
+from engine.geometry.mesh_repair import Faces, Points, blocks_of, equal_rows, list_used
 
 Bools = NDArray[np.bool_]
 
@@ -47,13 +47,17 @@ def find_turned(points: Points, faces: Faces, votes: NDArray[np.float64]) -> Boo
     starts = np.flatnonzero(np.concatenate([[True], np.diff(key[order]) != 0]))
     sizes = np.diff(np.append(starts, len(key)))
     pairs = order[starts[sizes == 2][:, None] + np.arange(2)]
-    patch, parity = _colour(len(faces), pairs // 3, begin[pairs[:, 0]] == begin[pairs[:, 1]])
+    clashing = begin[pairs[:, 0]] == begin[pairs[:, 1]]
+    pairs //= 3
+    patch, parity = _colour(len(faces), pairs, clashing)
+    del pairs, clashing  # what follows takes as much memory again
     # an edge of one face of a patch is its rim, whatever other patches meet there
     crowded = order[np.repeat(sizes > 2, sizes)]
     _, first, times = np.unique(
         np.stack([patch[crowded // 3], key[crowded]]), axis=1, return_index=True, return_counts=True
     )
     rim = np.concatenate([order[starts[sizes == 1]], crowded[first[times == 1]]])
+    del key, order, starts, sizes
     sign = np.where(parity, -1.0, 1.0)
     area, volume = _measure(points, faces, patch, sign)
     length = np.linalg.norm(points[end[rim]] - points[begin[rim]], axis=1)
@@ -88,13 +92,20 @@ def _measure(
     points: Points, faces: Faces, patch: Faces, sign: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Area of each patch, and its volume about its centre; faces have a `sign`."""
-    a, b, c = (points[faces[:, corner]] for corner in range(3))
-    directed = 0.5 * np.cross(b - a, c - a)
-    size = np.linalg.norm(directed, axis=1)
+    size, of_face = np.empty(len(faces)), np.empty((len(faces), 3))
+    for block in blocks_of(len(faces)):
+        a, b, c = (points[faces[block, corner]] for corner in range(3))
+        size[block] = np.linalg.norm(0.5 * np.cross(b - a, c - a), axis=1)
+        of_face[block] = size[block, None] * ((a + b + c) / 3.0)
     area = _add_up(patch, size)
-    weighted = np.stack([_add_up(patch, size * axis) for axis in (a + b + c).T / 3.0], axis=-1)
+    weighted = np.stack([_add_up(patch, axis) for axis in of_face.T], axis=-1)
     middle = weighted / np.maximum(area, np.finfo(float).tiny)[:, None]
-    return area, _add_up(patch, sign * np.einsum("fi,fi->f", directed, a - middle[patch]) / 3.0)
+    volume = size  # in its place
+    for block in blocks_of(len(faces)):
+        a, b, c = (points[faces[block, corner]] for corner in range(3))
+        directed = 0.5 * np.cross(b - a, c - a)
+        volume[block] = sign[block] * np.einsum("fi,fi->f", directed, a - middle[patch[block]]) / 3.0
+    return area, _add_up(patch, volume)
 
 
 def _measure_holes(
