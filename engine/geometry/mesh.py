@@ -30,6 +30,7 @@ from engine.geometry.mesh_repair import (
     INSIDE_OUT,
     LARGEST,
     SMALLEST,
+    Corners,
     Topology,
     blocks_of,
     corner_rows,
@@ -364,10 +365,12 @@ def complete(
         counts = ", ".join(with_count(count, _plain(reason)) for reason, count in figures.items() if count)
         raise InputError(name, f"holds no usable triangle ({counts})", "Export it again")
     faces = np.asarray(faces, np.int64)[usable]
-    corner_normals, corner_uv, corner_colours = (
-        None if table is None else table[faces] if table.ndim == 2 else table[usable]
+    vertex = faces.astype(np.int32)
+    of_normals, of_uv, of_colours = (
+        None if table is None else Corners(table, vertex) if table.ndim == 2 else Corners(table[usable])
         for table in (normals, uv, colours)
     )
+    del normals, uv, colours
     used, place_of = list_used(faces, len(positions))
     figures["vertices_without_faces_dropped"] = len(positions) - len(used)
     points, place = merge_points(np.where(np.isfinite(positions), positions, 0.0)[used])
@@ -377,43 +380,41 @@ def complete(
     _check_size(points, name)
 
     directed = np.cross(points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[faces[:, 0]])
-    turned = _find_turned(points, faces, directed, corner_normals) if oriented else np.zeros(len(faces), np.bool_)
+    turned = _find_turned(points, faces, directed, of_normals) if oriented else np.zeros(len(faces), np.bool_)
     figures["faces_turned"] = int(turned.sum())
-    faces[turned] = faces[turned, ::-1]
-    corner_normals, corner_uv, corner_colours = (
-        _turn(turned, table) for table in (corner_normals, corner_uv, corner_colours)
-    )
+    ordered: list[NDArray[Any]] = [
+        faces,
+        vertex,
+        *(each.table for each in (of_normals, of_uv, of_colours) if each and each.vertex is None),
+    ]
+    for rows in ordered:
+        rows[turned] = rows[turned, ::-1]
     directed[turned] *= -1.0
     incidence = _incidence(faces, len(points))
     smooth = normalize(incidence @ directed, fallback=(0.0, 0.0, 0.0))
-    made_normals = _corner_normals(smooth, directed, faces, incidence)
-    if corner_normals is None:
-        corner_normals = made_normals
-    else:
-        corner_normals, wrong = _repair_normals(corner_normals, made_normals, directed)
+    corner_normals = _corner_normals(smooth, directed, faces, incidence)
+    if of_normals is not None:
+        wrong, facing = _take_stated(corner_normals, of_normals, directed)
         figures["normals_replaced"] = len(np.unique(faces[wrong]))
-        against = np.einsum("fci,fi->f", corner_normals, directed) < 0.0
         if oriented:
-            corner_normals = np.where(against[:, None, None], -corner_normals, corner_normals)
-        elif np.sum(corner_normals * directed[:, None]) < 0.0:
-            faces, corner_normals, directed, smooth = faces[:, ::-1], corner_normals[:, ::-1], -directed, -smooth
-            corner_uv, corner_colours = (
-                None if table is None else table[:, ::-1] for table in (corner_uv, corner_colours)
-            )
-
-    del made_normals
-    usable_uv = _find_usable_uv(corner_uv, len(faces))
-    made = ~usable_uv
+            corner_normals[facing < 0.0] *= -1.0
+        elif np.sum(facing) < 0.0:
+            directed, smooth = -directed, -smooth
+            for rows in (*ordered, corner_normals):
+                rows[:] = rows[:, ::-1].copy()
+    made = ~_find_usable_uv(of_uv, len(faces))
     if made.any():
         projected = _box_projection(points, faces, directed, smooth, incidence)
-        stated_uv = projected if corner_uv is None else corner_uv
-        corner_uv = np.where(usable_uv[:, None, None], stated_uv, projected)
-    assert corner_uv is not None
+        if of_uv is not None:
+            for block in blocks_of(len(faces)):
+                projected[block] = np.where(made[block, None, None], projected[block], of_uv.at(block))
+        of_uv = Corners(projected)
+    assert of_uv is not None
     figures["texture_coordinates_made"] = int(made.all())
     figures["faces_without_texture_coordinates"] = int(made.sum())
     del directed, incidence, smooth  # what follows takes as much memory again
-    corners = corner_rows(faces, corner_normals, corner_uv, corner_colours)
-    del corner_normals, corner_uv, corner_colours
+    corners = corner_rows(faces, Corners(corner_normals), of_uv, of_colours)
+    del corner_normals, of_normals, of_uv, of_colours, vertex, ordered
     welded = weld(points, corners)
     del corners
     shape = topology(points, faces)
@@ -430,19 +431,16 @@ def _find_turned(
     points: NDArray[np.float64],
     faces: NDArray[np.int64],
     directed: NDArray[np.float64],
-    normals: NDArray[np.float64] | None,
+    normals: Corners | None,
 ) -> NDArray[np.bool_]:
     """Which faces (F,) are to be turned; those that state `normals` vote by them for the front of an open part."""
-    area = np.linalg.norm(directed, axis=1)
+    votes = np.linalg.norm(directed, axis=1)
     if normals is None:
-        return find_turned(points, faces, area)
-    facing = np.nan_to_num(np.einsum("fci,fi->f", normals, directed), nan=1.0)
-    return find_turned(points, faces, np.where(facing < 0.0, -area, area))
-
-
-def _turn(turned: NDArray[np.bool_], of_corners: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
-    """A table (F, 3, k) of corners with those of the faces that are `turned` in their reverse order."""
-    return None if of_corners is None else np.where(turned[:, None, None], of_corners[:, ::-1], of_corners)
+        return find_turned(points, faces, votes)
+    for block in blocks_of(len(faces)):
+        facing = np.nan_to_num(np.einsum("fci,fi->f", normals.at(block), directed[block]), nan=1.0)
+        votes[block] *= np.where(facing < 0.0, -1.0, 1.0)
+    return find_turned(points, faces, votes)
 
 
 def _check_size(points: NDArray[np.float64], name: str) -> None:
@@ -451,32 +449,42 @@ def _check_size(points: NDArray[np.float64], name: str) -> None:
         raise InputError(name, f"is {size:.3g} across, too small to be drawn", f"Scale it to more than {SMALLEST:g}")
 
 
-def _repair_normals(
-    stated: NDArray[np.float64], made: NDArray[np.float64], directed: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Unit normals (F, 3, 3), and at which corners (F, 3) those stated are none.
+def _take_stated(
+    made: NDArray[np.float32], stated: Corners, directed: NDArray[np.float64]
+) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+    """Put unit normals that are `stated` in the place of those `made` (F, 3, 3).
 
-    Where none is stated it is that `made` for a file without normals; what is zero or not finite becomes the normal
-    of the face.
+    What is zero or not finite becomes the normal of the face. Returned is at which corners (F, 3), and the sum of the
+    normals of a face along its own (F,), which is negative where they look the other way.
     """
-    unit = normalize(stated, fallback=(0.0, 0.0, 0.0))
-    missing = np.all(np.isnan(stated), axis=-1)
-    wrong = ~np.any(unit, axis=-1) & ~missing
-    unit = np.where(wrong[..., None], normalize(directed)[:, None], unit)
-    return np.where(missing[..., None], made, unit), wrong
+    replaced, facing = np.empty(made.shape[:2], np.bool_), np.empty(len(made))
+    for block in blocks_of(len(made)):
+        given = stated.at(block)
+        unit = normalize(given, fallback=(0.0, 0.0, 0.0))
+        missing = np.all(np.isnan(given), axis=-1)
+        replaced[block] = wrong = ~np.any(unit, axis=-1) & ~missing
+        unit = np.where(wrong[..., None], normalize(directed[block])[:, None], unit)
+        unit = np.where(missing[..., None], made[block], unit)
+        facing[block] = np.einsum("fci,fi->f", unit, directed[block])
+        made[block] = unit
+    return replaced, facing
 
 
-def _find_usable_uv(stated: NDArray[np.float64] | None, count: int) -> NDArray[np.bool_]:
-    """Which of so many faces (F,) have texture coordinates of use among those `stated` (F, 3, 2).
+def _find_usable_uv(stated: Corners | None, count: int) -> NDArray[np.bool_]:
+    """Which of so many faces (F,) have texture coordinates of use among those `stated`.
 
     Those that are one point or one line for the whole mesh count as none.
     """
+    usable = np.zeros(count, np.bool_)
     if stated is None:
-        return np.zeros(count, np.bool_)
-    usable = np.all(np.abs(stated) < LARGEST, axis=(1, 2))
-    if not usable.any() or not np.ptp(stated[usable], axis=(0, 1)).all():
-        return np.zeros(count, np.bool_)
-    return np.asarray(usable)
+        return usable
+    low, high = np.full(2, np.inf), np.full(2, -np.inf)
+    for block in blocks_of(count):
+        given = stated.at(block)
+        usable[block] = np.all(np.abs(given) < LARGEST, axis=(1, 2))
+        low = np.minimum(low, given[usable[block]].min(axis=(0, 1), initial=np.inf))
+        high = np.maximum(high, given[usable[block]].max(axis=(0, 1), initial=-np.inf))
+    return usable if (high > low).all() else np.zeros(count, np.bool_)
 
 
 def _plain(figure: str) -> str:

@@ -183,20 +183,34 @@ def _repeat(faces: Faces) -> NDArray[np.bool_]:
     return again
 
 
-def corner_rows(
-    faces: Faces,
-    corner_normals: NDArray[np.floating[Any]],
-    corner_uv: NDArray[np.floating[Any]],
-    corner_colours: Points | None = None,
-) -> NDArray[np.float32]:
-    """Point, normal, texture coordinate and colour of all corners, (3 F, 6 or 10), of (F, 3, …) each."""
-    corners = np.zeros((faces.size, 6 if corner_colours is None else 10), np.float32)
-    corners[:, 1:4], corners[:, 4:6] = corner_normals.reshape(-1, 3), corner_uv.reshape(-1, 2)
-    if corner_colours is not None:
-        corners[:, 6:9] = corner_colours.reshape(-1, 3)
-    corners += 0.0  # without negative zeros
-    corners[:, 0] = faces.reshape(-1).astype(np.int32).view(np.float32)
-    return corners
+@dataclass(frozen=True, eq=False)
+class Corners:
+    """Values of the corners of faces.
+
+    Attributes
+    ----------
+    table : (F, 3, k) of corners, or (V, k) of vertices, which take a third of the memory and less.
+    vertex : (F, 3) the vertex of each corner for a table of vertices, which several tables may share.
+    """
+
+    table: NDArray[np.floating[Any]]
+    vertex: NDArray[np.int32] | None = None
+
+    def at(self, faces: slice) -> NDArray[np.floating[Any]]:
+        """(n, 3, k) of some faces."""
+        return self.table[faces] if self.vertex is None else self.table[self.vertex[faces]]
+
+
+def corner_rows(faces: Faces, normals: Corners, uv: Corners, colours: Corners | None = None) -> NDArray[np.float32]:
+    """Point, normal, texture coordinate and colour of all corners, (3 F, 6 or 10)."""
+    rows = np.zeros((*faces.shape, 6 if colours is None else 10), np.float32)
+    for block in blocks_of(len(faces)):
+        rows[block, :, 1:4], rows[block, :, 4:6] = normals.at(block), uv.at(block)
+        if colours is not None:
+            rows[block, :, 6:9] = colours.at(block)
+    rows += 0.0  # without negative zeros
+    rows[..., 0] = faces.astype(np.int32).view(np.float32)
+    return rows.reshape(faces.size, -1)
 
 
 def weld(points: Points, corners: NDArray[np.float32]) -> dict[str, Any]:

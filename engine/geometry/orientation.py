@@ -48,16 +48,17 @@ def find_turned(points: Points, faces: Faces, votes: NDArray[np.float64]) -> Boo
     sizes = np.diff(np.append(starts, len(key)))
     pairs = order[starts[sizes == 2][:, None] + np.arange(2)]
     clashing = begin[pairs[:, 0]] == begin[pairs[:, 1]]
+    alone, crowded = order[starts[sizes == 1]], order[np.repeat(sizes > 2, sizes)]
+    of_crowded = key[crowded]
     pairs //= 3
+    del key, order, starts, sizes  # what follows takes as much memory again
     patch, parity = _colour(len(faces), pairs, clashing)
-    del pairs, clashing  # what follows takes as much memory again
+    del pairs, clashing
     # an edge of one face of a patch is its rim, whatever other patches meet there
-    crowded = order[np.repeat(sizes > 2, sizes)]
     _, first, times = np.unique(
-        np.stack([patch[crowded // 3], key[crowded]]), axis=1, return_index=True, return_counts=True
+        np.stack([patch[crowded // 3], of_crowded]), axis=1, return_index=True, return_counts=True
     )
-    rim = np.concatenate([order[starts[sizes == 1]], crowded[first[times == 1]]])
-    del key, order, starts, sizes
+    rim = np.concatenate([alone, crowded[first[times == 1]]])
     sign = np.where(parity, -1.0, 1.0)
     area, volume = _measure(points, faces, patch, sign)
     length = np.linalg.norm(points[end[rim]] - points[begin[rim]], axis=1)
