@@ -53,11 +53,13 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     warnings = (*warnings, *(f"the OpenPBR surface: {words}" for words in openpbr_warnings(subject.maps.layers)))
     if subject.maps.openpbr is not None and subject.maps.openpbr.anisotropies[2]:
         warnings = (*warnings, "the OpenPBR surface: the rotation of the anisotropy is left out")
+    made = f"Made by Lightarc {engine.__version__}. {loss}"
     hexagonal = settings.tiling_mode == "hex"
     if hexagonal:
         text = "hexagonal cells of MaterialX are blended by brightness, not by their histogram as Lightarc draws them"
         warnings = (*warnings, text)
-    lines = _document(subject, nodes, ior_of(subject.mean_f0), loss, hexagonal)
+    stated = "".join(f" {name}={quoteattr(text)}" for name, text in settings.credits.entries.items())
+    lines = _document(subject, nodes, ior_of(subject.mean_f0), f"doc={quoteattr(made)}{stated}", hexagonal)
     document = {f"{subject.name}.mtlx": "\n".join([*lines, ""]).encode()}
     return Contents(Files({**document, **files}), 8.0, warnings)
 
@@ -74,11 +76,11 @@ def _file(subject: Subject, node: str, space: str) -> str:
 
 
 def _document(
-    subject: Subject, maps: list[tuple[str, str, str]], ior: float, loss: str, hexagonal: bool
+    subject: Subject, maps: list[tuple[str, str, str]], ior: float, about: str, hexagonal: bool
 ) -> Iterator[str]:
+    """Lines of the document, with attributes `about` it."""
     yield '<?xml version="1.0"?>'
-    made = f"Made by Lightarc {engine.__version__}. {loss}"
-    yield f'<materialx version="1.39" colorspace="lin_rec709" doc={quoteattr(made)}>'
+    yield f'<materialx version="1.39" colorspace="lin_rec709" {about}>'
     yield '  <nodegraph name="maps">'
     for node, kind, space in maps:
         coding = f' colorspace="{space}"' if space else ""

@@ -26,6 +26,7 @@ from engine.exchange.readers.colour_spaces import SPACES
 from engine.exchange.readers.layers import WEIGHTS, gltf_layers, has_layers, layers_of, openpbr_values, standard_values
 from engine.exchange.readers.textures import Channel, Described, Image, Input
 from engine.images.decode import TransferChoice
+from engine.scene.credits import credits_of
 from engine.storage.untrusted import AGAIN
 
 _DEEPEST = 40
@@ -212,7 +213,8 @@ def materialx_of(content: bytes, path: Path, included: Mapping[str, bytes] = Map
     if not shaders:
         known = ", ".join(SURFACES)
         raise InputError(path, "has no surface that is read", f"These are read: {known}")
-    return _Document(path, root).describe(shaders[0], shaders)
+    credits = credits_of({"licence": root.get("license"), **root.attrib})
+    return replace(_Document(path, root).describe(shaders[0], shaders), credits=credits)
 
 
 def describe_surface(shader: Element, root: Element, path: Path) -> Described:

@@ -18,6 +18,7 @@ from engine.exchange.readers.materialx import materialx_of
 from engine.exchange.readers.read import describe, open_material
 from engine.exchange.readers.textures import Described
 from engine.exchange.subject import Settings, Subject
+from engine.scene.credits import Credits
 from engine.scene.material import Material, material_of_maps
 from engine.surface.pbr_maps import PbrMaps
 
@@ -40,10 +41,12 @@ def document(folder: Path, body: str, root: str = 'colorspace="lin_rec709"') -> 
 def test_our_own_document_comes_back_within_its_rounding(tmp_path: Path) -> None:
     maps = find_known()
     subject = Subject(material_of_maps(maps, "rock"), maps, 1.0 / np.pi)
-    for name, content in drain(contents(subject, Settings(), "")).files.items():
+    credits = Credits('The "rock" & <more>', "Änne \\ Ö.", "CC-BY-4.0", "© 2026", "https://example.com/rock")
+    for name, content in drain(contents(subject, Settings(credits=credits), "")).files.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_bytes(content)
     found, notes = open_path(tmp_path / "rock.mtlx")
+    assert open_material(tmp_path / "rock.mtlx").credits == credits
     step = 0.5 / 255 * 1.01
     assert np.abs(found.roughness - maps.roughness).max() <= step
     assert np.abs(found.metallic - maps.metallic).max() <= step
