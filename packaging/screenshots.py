@@ -26,7 +26,7 @@ from PySide6.QtWidgets import QApplication
 from screens import PARTS, Gallery, Size
 
 from app.viewport.gl_surface import request_format
-from app.widgets import theme
+from app.widgets import language, theme
 from app.window.main_window import MainWindow
 
 THEMES = ("dark", "light")
@@ -62,6 +62,7 @@ def main() -> int:
     parser.add_argument(
         "--themes", nargs="+", choices=THEMES, default=list(THEMES), metavar="THEME", help="dark, light"
     )
+    parser.add_argument("--language", choices=language.LANGUAGES, default="en", help="language of the window")
     parser.add_argument("--parts", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART", help=", ".join(PARTS))
     options = parser.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
@@ -84,7 +85,7 @@ def main() -> int:
 def at_200_percent(options: argparse.Namespace) -> list[str]:
     """Take the images that have pixels twice as large, in a process of their own; their faults."""
     again = [sys.executable, __file__, str(options.folder), "--sizes", DOUBLED]
-    again += ["--themes", *options.themes, "--parts", *options.parts]
+    again += ["--themes", *options.themes, "--parts", *options.parts, "--language", options.language]
     doubled = {**os.environ, "QT_SCALE_FACTOR": "2", IS_DOUBLED: "1"}
     done = subprocess.run(again, env=doubled, check=True, stdout=subprocess.PIPE, text=True)
     return [line for line in done.stdout.splitlines() if ".png: " in line]
@@ -95,6 +96,7 @@ def drive(options: argparse.Namespace, sizes: list[Size]) -> list[str]:
     request_format()
     application = QApplication([])
     theme.apply(application, options.themes[0])
+    language.use(options.language, application)
     window = MainWindow(None)
     window.show()
     gallery = Gallery(options.folder, sizes, options.themes)

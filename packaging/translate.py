@@ -116,6 +116,8 @@ def find_phrases(node: ast.AST) -> Iterator[str]:
     match node:
         case ast.Expr(value=ast.Constant()) | ast.Compare() | ast.Import() | ast.ImportFrom():
             return  # a docstring, or a text that only the program compares
+        case ast.Assign(targets=[ast.Name(id="__all__")]):
+            return
         case ast.AnnAssign():
             yield from find_phrases(node.value) if node.value else ()
         case ast.FunctionDef() | ast.AsyncFunctionDef():

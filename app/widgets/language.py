@@ -6,9 +6,9 @@ nothing is replaced. The translations are `resources/language/LANGUAGE.ts`, in t
 are; `packaging/translate.py` keeps them in step with the sources.
 
 A text is found whole, or by a template: "%1 of %2 selected" stands for the formatted string with two values, which are
-translated in turn, since they may be texts again. Failing that, its sentences and the parts of a list are translated
-one by one; what is in no translation, as the name of a file, stays. A template is looked up by its rarest word; a text
-costs some 0.1 ms once, and is remembered.
+translated in turn, since they may be texts again. What is said of a file is found behind its name. Failing that, the
+sentences of a text and the parts of a list are translated one by one; what is in no translation, as the name of a file,
+stays. Templates are looked up by their rarest words; a text costs some 0.1 ms once, and is remembered.
 """
 
 from __future__ import annotations
@@ -50,6 +50,9 @@ from PySide6.QtWidgets import (
 )
 
 from app.widgets.resources import RESOURCES
+from engine.core.errors import VERBS
+from engine.core.figure_text import local
+from engine.core.health import pluralise
 
 #: Languages of the window by their codes, each by its own name.
 LANGUAGES = {"en": "English", "de": "Deutsch"}
@@ -89,15 +92,25 @@ FILE_DIALOGS = ("getOpenFileName", "getOpenFileNames", "getSaveFileName", "getEx
 SENTENCES = (re.compile(r"(\n)"), re.compile(r"( · )"), re.compile(r"((?<=[.!?…]) )"))
 PARTS = tuple(map(re.compile, (r"(; )", r"(: )", r"(, )", r"([.:…]{1,3}$)", r"( \(|\)$)")))
 
-#: Templates with fewer letters, or of one word, as '%1 directions', hold for values that are single words, numbers or
-#: texts with a translation; those of the second length, as '%1 of %2', for numbers and texts with a translation.
-SHORT, SHORTEST = 8, 4
+#: Templates with fewer letters (the second where a value begins them), or of one word, as '%1 directions', hold for
+#: values that are single words, numbers or texts with a translation; the shortest, as '%1 of %2', not for single words.
+SHORT, SHORT_BEHIND, SHORTEST = 8, 12, 4
 
 _MESSAGE = re.compile(r"<source>([^<]{1,2000}+)</source>\s{0,99}+<translation>([^<]{1,3000}+)</translation>")
 _WORD = re.compile(r"[^\W\d_]{2}")
 _NO_LETTER = re.compile(r"[\W\d_]")
 _NUMBER = re.compile(r"[−-]?[\d.,\u202f]{1,24}(?:$|\W)")
 _VALUE = re.compile(r"%(\d{1,2})")
+_END, _LINE_END = re.compile(r"[.!?] |\n"), re.compile(r"\n")
+_MARK = re.compile(r"[.:…]{1,3}$")
+
+#: A number with a point, as the engine writes many, and the unit behind it.
+_PLAIN = re.compile(r"([−-]?\d{1,9}+\.\d{1,9}+)( ?[^\s\d.,]{1,4})?$")
+
+#: Sources of a finding that are only counted, and verbs behind one source by those behind several.
+_MORE = re.compile(r"and \d{1,9} more(?=:? )")
+_THEIR = re.compile(r"\btheir\b")
+_SINGULAR = {pluralise(verb): verb for verb in VERBS}
 
 #: A mark or a key behind a phrase: '.', '…', ' (Ctrl+P)'.
 _BEHIND = re.compile(r"[.:…]{1,3}$| \((?:[A-Z]|[A-Z][a-z]{1,8}\+\w{1,9})\)$")
@@ -112,7 +125,10 @@ class Template:
     translation: str
 
     def find_values(self, text: str) -> list[str] | None:
-        """The values with which the template is `text`, each as short as it can be; None where it is another text."""
+        """The values with which the template is `text`, each as short as it can be; None where it is another text.
+
+        No value has a line break, and none in a template of one sentence goes beyond that.
+        """
         (first, *middle), last = self.pieces[:-1], self.pieces[-1]
         if len(text) < len(first) + len(last) or not (text.startswith(first) and text.endswith(last)):
             return None
@@ -122,7 +138,9 @@ class Template:
             if not found:
                 return None
             values.append(value)
-        return [*values, rest]
+        values.append(rest)
+        beyond = _LINE_END if any(_END.search(piece) for piece in self.pieces) else _END
+        return None if any(beyond.search(value) for value in values) else values
 
 
 _phrases: dict[str, str] = {}
@@ -199,8 +217,9 @@ def find_translation(text: str) -> str | None:
     if not _WORD.search(bare):
         return None
     return (
-        _fill_template(bare, SHORT)
-        or (bare[:1].isupper() and _other_case(_fill_template(_other_case(bare), SHORT) or ""))
+        _fill_template(bare, SHORT_BEHIND)
+        or _translate_statement(bare)
+        or _fill_template(bare, SHORT)
         or _translate_parts(bare, SENTENCES)
         or _fill_template(bare, SHORTEST)
         or _translate_end(bare)
@@ -225,24 +244,58 @@ def _other_case(text: str) -> str:
 
 
 def _fill_template(text: str, letters: int) -> str | None:
-    """The translation of the template with the most letters, and no fewer than `letters`, that `text` fits."""
-    words = {"", *text.split(" ")}
+    """The translation of the template with the most letters, and no fewer than `letters`, that `text` fits.
+
+    The text may have a mark more than the template behind it, and a capital where the template has none.
+    """
+    bare = _MARK.sub("", text)
+    forms = [(bare, text[len(bare) :]), (text, "")] if bare != text else [(text, "")]
+    if text[:1].isupper() and letters >= SHORT:
+        forms += [(_other_case(form), mark) for form, mark in forms]
+    words = {"", *(word for form, _ in forms for word in form.split(" "))}
     for place in sorted(chain.from_iterable(_with_word.get(word, ()) for word in words)):
-        size, source = _templates[place]
-        if size < letters:
+        if _templates[place][0] < letters:
             return None
-        template = _template(source)
-        values = template.find_values(text)
-        if values is None:
-            continue
-        known = [find_translation(value) for value in values]
-        doubtful = [value for value, new in zip(values, known, strict=True) if not new and not _NUMBER.match(value)]
-        if (size < SHORT or source.count(" ") < 2) and any(" " in value for value in doubtful):
-            continue
-        if size < SHORTEST and doubtful:
-            continue
-        new = {name: new or value for name, value, new in zip(template.names, values, known, strict=True)}
-        return _VALUE.sub(lambda found: new[found[1]], template.translation)  # noqa: B023 - it is called at once
+        for form, mark in forms:
+            if new := _fill(*_templates[place], form):
+                return (_other_case(new) if form[:1] != text[:1] else new) + mark
+    return None
+
+
+def _fill(size: int, source: str, text: str) -> str | None:
+    """The translated template `source` of `size` letters with the values of `text`; None where it is another."""
+    template = _template(source)
+    values = template.find_values(text)
+    if values is None:
+        return None
+    known = [find_translation(value) or _write_number(value) for value in values]
+    doubtful = [value for value, new in zip(values, known, strict=True) if not new and not _NUMBER.match(value)]
+    is_short = size < (SHORT if template.pieces[0] else SHORT_BEHIND) or source.count(" ") < 2
+    if (doubtful and size < SHORTEST) or (is_short and any(" " in value for value in doubtful)):
+        return None
+    new = {name: new or value for name, value, new in zip(template.names, values, known, strict=True)}
+    return _VALUE.sub(lambda found: new[found[1]], template.translation)
+
+
+def _write_number(value: str) -> str | None:
+    """A number that the engine has written with a point, in the form of the user's language."""
+    return f"{local(found[1])}{found[2] or ''}" if (found := _PLAIN.match(value)) else None
+
+
+def _translate_statement(text: str) -> str | None:
+    """What is said of a file behind its name: 'felt.obj is %1 wide', 'a.tif and 4 more are noisy'."""
+    words = text.split(" ")
+    for place, word in enumerate(words[:9]):
+        name, rest = " ".join([*words[:place], ""]), " ".join(words[place:])
+        if word == "and" and (more := _MORE.match(rest)):
+            verb, _, said = rest[more.end() :].lstrip(": ").partition(" ")
+            said = f"{_SINGULAR.get(verb, verb)} {_THEIR.sub('its', said)}"
+            each = _fill_template(f"{more[0]}: each" if verb in _SINGULAR else f"{more[0]}:", SHORTEST)
+            return f"{name}{each} {find_translation(said) or said}" if each else None
+        if word in VERBS and (phrase := _find_phrase(rest) or _fill_template(rest, SHORTEST)):
+            return f"{name}{phrase}"
+        if word.endswith(".") or "\n" in word:
+            return None
     return None
 
 

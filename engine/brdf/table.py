@@ -30,6 +30,7 @@ from engine.brdf.half_difference import directions
 from engine.brdf.models.sampling import Reflectance
 from engine.brdf.table_kernel import fill_along_turns, look_up_angles, look_up_directions, look_up_half
 from engine.core.directions import Vectors
+from engine.core.figure_text import count_text
 from engine.core.health import Finding, Health, Verdict
 from engine.core.summary import Summary
 
@@ -267,7 +268,7 @@ def nearest(measured: NDArray[np.bool_]) -> NDArray[np.intp]:
 def missing_health(missing: NDArray[np.bool_]) -> Health:
     """Number of filled entries, as a figure, and as a note for a user if there are any."""
     count = int(missing.sum())
-    note = f"{count:,} of {missing.size:,} entries are missing; they are {RULE}."
+    note = f"{count_text(count)} of {count_text(missing.size)} entries are missing; they are {RULE}."
     return Health(
         MappingProxyType({"samples": float(missing.size), "missing": float(count)}),
         (Finding(Verdict.NOTE, note),) if count else (),

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
+from functools import cache
 
 _SIZES = (("B", 1.0), ("kB", 1e3), ("MB", 1e6), ("GB", 1e9), ("TB", 1e12))
 _TIMES = (("µs", 1e-6), ("ms", 1e-3), ("s", 1.0), ("min", 60.0), ("h", 3600.0))
@@ -39,6 +40,23 @@ def local(figure: str) -> str:
     return sign + "".join(_marks[letter] if letter in ".," else letter for letter in size)
 
 
+def read_figure(figure: str) -> float:
+    """Return the value of `figure` as it was written in the form of the chosen language; a point is read in each."""
+    meanings = {_marks[","]: "", _marks["."]: "."}
+    return float("".join(meanings.get(letter, letter) for letter in figure))
+
+
+def figure_pattern() -> re.Pattern[str]:
+    """Return a pattern of the figures in a text, in the form of the chosen language; none is in a name."""
+    return _pattern_of_figures(re.escape(_marks[","]), re.escape(_marks["."]))
+
+
+@cache
+def _pattern_of_figures(group: str, point: str) -> re.Pattern[str]:
+    whole = rf"(?:\d{{1,3}}(?:{group}\d{{3}}){{1,7}}|\d{{1,20}})"
+    return re.compile(rf"(?<![\w.,\-/]){whole}(?:[.{point}]\d{{1,20}})?(?![.,]?[\w/])")
+
+
 def format_fixed(value: float, places: int) -> str:
     """`value` with so many decimals, which columns and readings that change keep: '12.0', and 0 without a sign."""
     figure = f"{value:.{places}f}"
@@ -59,6 +77,11 @@ def number(value: float, digits: int = 2) -> str:
     rounded = float(f"{value:.{digits - 1}e}")
     places = digits - 1 - math.floor(math.log10(abs(rounded))) if rounded else 0
     return local(_bare(f"{rounded if places > 0 else value:,.{max(0, places)}f}"))
+
+
+def count_text(count: float) -> str:
+    """A whole number with all its digits: '7', '1,071', '1,234,567'."""
+    return local(f"{count:,.0f}")
 
 
 def percent(share: float, digits: int = 2) -> str:

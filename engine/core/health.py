@@ -9,11 +9,11 @@ from enum import IntEnum
 from types import MappingProxyType
 
 from engine.core.errors import VERBS
+from engine.core.figure_text import figure_pattern, read_figure
 
 #: Sources of which each has a finding of its own; alike findings about more become one.
 MAX_APART = 3
 
-_NUMBER = re.compile(r"(?<![\w.\-/])\d{1,20}(?:\.\d{1,20})?(?!\.?[\w/])")
 _ITS = re.compile(r"\bits\b")
 _MORE = re.compile(r"and \d{1,9} more\b")
 _PLURALS = {"is": "are", "was": "were", "has": "have", "does": "do", "changed": "changed"}
@@ -97,24 +97,30 @@ class Health:
         return Health(MappingProxyType({**self.figures, **other.figures}), self.findings + other.findings)
 
 
+def pluralise(verb: str) -> str:
+    """Return a verb of `errors.VERBS` as it stands behind several subjects: 'are' for 'is'."""
+    return _PLURALS.get(verb, verb.removesuffix("s"))
+
+
 def _kind(finding: Finding) -> tuple[Verdict, tuple[str, ...]]:
     """Equal for findings that differ by their source and by numbers alone."""
-    return finding.verdict, tuple(_NUMBER.split(finding.text))
+    return finding.verdict, tuple(figure_pattern().split(finding.text))
 
 
 def _merge(findings: Sequence[Finding]) -> Finding:
     """One finding about the sources of several of a kind, with the range of each number."""
-    first, *between = _NUMBER.split(findings[0].text)
-    numbers = zip(*(_NUMBER.findall(finding.text) for finding in findings), strict=True)
+    pattern = figure_pattern()
+    first, *between = pattern.split(findings[0].text)
+    numbers = zip(*(pattern.findall(finding.text) for finding in findings), strict=True)
     text = first + "".join(map("".join, zip(map(_range, numbers), between, strict=True)))
     verb, _, rest = text.partition(" ")
     if verb in VERBS:
-        text = f" {_PLURALS.get(verb, verb.removesuffix('s'))} {_ITS.sub('their', rest)}"
+        text = f" {pluralise(verb)} {_ITS.sub('their', rest)}"
     else:
         text = f": {text}"
     return Finding(findings[0].verdict, f"and {len(findings) - 1} more{text}", findings[0].source)
 
 
 def _range(numbers: Sequence[str]) -> str:
-    least, most = min(numbers, key=float), max(numbers, key=float)
-    return least if float(least) == float(most) else f"{least} to {most}"
+    least, most = min(numbers, key=read_figure), max(numbers, key=read_figure)
+    return least if read_figure(least) == read_figure(most) else f"{least} to {most}"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.core.errors import UsageError
-from engine.core.figure_text import percent, size_text
+from engine.core.figure_text import count_text, percent, size_text
 from engine.core.steps import Step, Steps
 from engine.geometry.mesh import Mesh
 from engine.light.cube_map import cube_of
@@ -129,7 +129,7 @@ def measure(
 def figures(work: gaussian_bake.Work, baked: gaussian_bake.Baked, _prepared_s: float) -> dict[str, Any]:
     """Figures of the fit, and the size that compression has brought."""
     flipped = baked.figures.get("direct_flipped_pairs", 0.0)
-    words = [f"{flipped:,.0f} pairs of neighbours disagree on which Gaussian is which."] if flipped else []
+    words = [f"{count_text(flipped)} pairs of neighbours disagree on which Gaussian is which."] if flipped else []
     alone = "No light between parts of the model; --indirect adds it."
     return {
         "matt_s": baked.diffuse_s,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.core.errors import UsageError
-from engine.core.figure_text import percent
+from engine.core.figure_text import count_text, percent
 from engine.core.steps import Step, Steps, drain, part
 from engine.factor.factor_file import open_reflectance
 from engine.factor.separable_factors import SeparableFactors
@@ -168,7 +168,7 @@ def lines(result: dict[str, Any]) -> list[str]:
         found.append(f"{left_out} of the {asked} terms are not stored: they make no image better")
     if "occluder_faces" in result:
         found.append(
-            f"shadows from {result['occluder_faces']:,} triangles: the open share of the sky is off by "
+            f"shadows from {count_text(result['occluder_faces'])} triangles: the open share of the sky is off by "
             f"{percent(result['occluder_open_rms'])} RMS, rays take {result['occluder_time_rel']:.2f} of the time"
         )
     return found

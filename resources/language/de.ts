@@ -13688,6 +13688,14 @@ MIT-Lizenz.</translation>
    <translation>Anteil des zwischen Facetten mehrfach gestreuten Lichts, der hinzukommt: 0 in glTF, 1 ganz.</translation>
   </message>
   <message>
+   <source>Coverage of the clear coat.</source>
+   <translation>Deckung des Klarlacks.</translation>
+  </message>
+  <message>
+   <source>Root of the width of the coat's highlight.</source>
+   <translation>Wurzel der Breite des Glanzlichts des Lacks.</translation>
+  </message>
+  <message>
    <source>Ward</source>
    <translation>Ward</translation>
   </message>
@@ -13732,16 +13740,8 @@ MIT-Lizenz.</translation>
    <translation>Brechzahl der nichtleitenden Grundschicht.</translation>
   </message>
   <message>
-   <source>Coverage of the clear coat.</source>
-   <translation>Deckung des Klarlacks.</translation>
-  </message>
-  <message>
    <source>Colour that the coat lets through.</source>
    <translation>Farbe, die der Lack durchlässt.</translation>
-  </message>
-  <message>
-   <source>Root of the width of the coat's highlight.</source>
-   <translation>Wurzel der Breite des Glanzlichts des Lacks.</translation>
   </message>
   <message>
    <source>Index of refraction of the coat.</source>
@@ -14216,12 +14216,12 @@ MIT-Lizenz.</translation>
    <translation>hat %1, das für eine Einfallsrichtung 0 ist: es ist beschädigt</translation>
   </message>
   <message>
-   <source>has %1 for %2 × %3 incident directions, and %4 × %5 of them</source>
-   <translation>hat %1 für %2 × %3 Einfallsrichtungen, und %4 × %5 davon</translation>
+   <source>%1 × %2 incident directions, not %3 × %4</source>
+   <translation>%1 × %2 Einfallsrichtungen, nicht %3 × %4</translation>
   </message>
   <message>
-   <source>%1: it is damaged</source>
-   <translation>%1: es ist beschädigt</translation>
+   <source>has %1 for %2: it is damaged</source>
+   <translation>hat %1 für %2: es ist beschädigt</translation>
   </message>
   <message>
    <source>has %1 in %2 bands, and %3 wavelengths: it is damaged</source>
@@ -14340,12 +14340,8 @@ MIT-Lizenz.</translation>
    <translation>hat ein Feld %1 des unbekannten Typs %2: es ist beschädigt</translation>
   </message>
   <message>
-   <source>has a field %1 of %2 numbers, which do not fit into its %3 bytes</source>
-   <translation>hat ein Feld %1 aus %2 Zahlen, die nicht in seine %3 Bytes passen</translation>
-  </message>
-  <message>
-   <source>%1: it is cut off or damaged</source>
-   <translation>%1: es ist abgeschnitten oder beschädigt</translation>
+   <source>is damaged: its field %1 of %2 numbers does not fit into its %3 bytes</source>
+   <translation>ist beschädigt: sein Feld %1 aus %2 Zahlen passt nicht in seine %3 Bytes</translation>
   </message>
   <message>
    <source>is cut off: its field %1 ends at byte %2, the file at %3</source>
@@ -16961,8 +16957,8 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
    <translation>nennt Schichten, die es nicht gibt (%1)</translation>
   </message>
   <message>
-   <source>states layers that are no OpenPBR model</source>
-   <translation>nennt Schichten, die kein OpenPBR-Modell sind</translation>
+   <source>states layers that are no OpenPBR model or coat</source>
+   <translation>nennt Schichten, die kein OpenPBR-Modell und kein Lack sind</translation>
   </message>
   <message>
    <source>The BRDF is not a fit.</source>
@@ -17196,12 +17192,20 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
    <translation>diffuse Rauheit</translation>
   </message>
   <message>
+   <source>the clear coat of glTF is written as OpenPBR's coat, which is another lobe</source>
+   <translation>der Klarlack von glTF wird als Lack von OpenPBR geschrieben, was eine andere Keule ist</translation>
+  </message>
+  <message>
    <source>fuzz is written as sheen, which is another lobe</source>
    <translation>Flaum wird als Sheen geschrieben, was eine andere Keule ist</translation>
   </message>
   <message>
    <source>the coat has no colour here, and the index 1.5</source>
    <translation>der Lack hat hier keine Farbe und die Brechzahl 1,5</translation>
+  </message>
+  <message>
+   <source>the coat is written as a clear coat, which is another lobe</source>
+   <translation>der Lack wird als Klarlack geschrieben, was eine andere Keule ist</translation>
   </message>
   <message>
    <source>diffuse roughness and weights of the base are left out</source>
@@ -17282,6 +17286,10 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
   <message>
    <source>the glTF PBR surface: %1</source>
    <translation>die glTF-PBR-Oberfläche: %1</translation>
+  </message>
+  <message>
+   <source>the OpenPBR surface: %1</source>
+   <translation>die OpenPBR-Oberfläche: %1</translation>
   </message>
   <message>
    <source>the OpenPBR surface: the rotation of the anisotropy is left out</source>
@@ -17546,6 +17554,10 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
   <message>
    <source>the image of %1 is passed over</source>
    <translation>das Bild von %1 entfällt</translation>
+  </message>
+  <message>
+   <source>clear coat is drawn as glTF's</source>
+   <translation>Klarlack wird wie der von glTF gezeichnet</translation>
   </message>
   <message>
    <source>the image of %1 is passed over, and %2 taken</source>
@@ -17814,6 +17826,14 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
   <message>
    <source>making maps</source>
    <translation>Karten werden erzeugt</translation>
+  </message>
+  <message>
+   <source>roughness of the clear coat</source>
+   <translation>die Rauheit des Klarlacks</translation>
+  </message>
+  <message>
+   <source>the %1 varies over its texture, %2 to %3; its mean %4 is drawn</source>
+   <translation>%1 variiert über die Textur, %2 bis %3; gezeichnet wird das Mittel %4</translation>
   </message>
   <message>
    <source>%1: another size than %2 × %3 texels, brought to it</source>
@@ -18118,6 +18138,10 @@ Der Kopf eines PTM hat dafür keinen Platz.
    <translation>UsdPreviewSurface hat kein %1; die Schicht von MaterialX hat es</translation>
   </message>
   <message>
+   <source>the layer of MaterialX: %1</source>
+   <translation>die Schicht von MaterialX: %1</translation>
+  </message>
+  <message>
    <source>writing the page</source>
    <translation>Seite wird geschrieben</translation>
   </message>
@@ -18191,6 +18215,10 @@ Der Kopf eines PTM hat dafür keinen Platz.
   <message>
    <source>waiting for %1 to end</source>
    <translation>wartet auf %1</translation>
+  </message>
+  <message>
+   <source>and %1 more: each</source>
+   <translation>und %1 weitere: jedes</translation>
   </message>
  </context>
  <context>
@@ -18602,6 +18630,66 @@ Der Kopf eines PTM hat dafür keinen Platz.
   <message>
    <source>is neither a file nor a built-in environment</source>
    <translation>ist weder eine Datei noch eine eingebaute Umgebung</translation>
+  </message>
+  <message>
+   <source>Permission denied</source>
+   <translation>Zugriff verweigert</translation>
+  </message>
+  <message>
+   <source>No such file or directory</source>
+   <translation>Datei oder Ordner existiert nicht</translation>
+  </message>
+  <message>
+   <source>No space left on device</source>
+   <translation>kein Platz mehr auf dem Datenträger</translation>
+  </message>
+  <message>
+   <source>Input/output error</source>
+   <translation>Ein-/Ausgabefehler</translation>
+  </message>
+  <message>
+   <source>Read-only file system</source>
+   <translation>Dateisystem ist schreibgeschützt</translation>
+  </message>
+  <message>
+   <source>Is a directory</source>
+   <translation>es ist ein Ordner</translation>
+  </message>
+  <message>
+   <source>Not a directory</source>
+   <translation>es ist kein Ordner</translation>
+  </message>
+  <message>
+   <source>File exists</source>
+   <translation>Datei existiert</translation>
+  </message>
+  <message>
+   <source>Too many open files</source>
+   <translation>zu viele offene Dateien</translation>
+  </message>
+  <message>
+   <source>File name too long</source>
+   <translation>Dateiname zu lang</translation>
+  </message>
+  <message>
+   <source>Operation not permitted</source>
+   <translation>Vorgang nicht erlaubt</translation>
+  </message>
+  <message>
+   <source>Disk quota exceeded</source>
+   <translation>Kontingent auf dem Datenträger aufgebraucht</translation>
+  </message>
+  <message>
+   <source>Device or resource busy</source>
+   <translation>Gerät oder Ressource belegt</translation>
+  </message>
+  <message>
+   <source>Connection refused</source>
+   <translation>Verbindung verweigert</translation>
+  </message>
+  <message>
+   <source>Cannot allocate memory</source>
+   <translation>Speicher ließ sich nicht belegen</translation>
   </message>
  </context>
 </TS>

@@ -299,8 +299,8 @@ class _Fields:
 
     def check_grid(self, name: str, shape: tuple[int, ...], grid: tuple[int, int]) -> None:
         if shape[:2] != grid:
-            problem = f"has {name!r} for {shape[0]} × {shape[1]} incident directions, and {grid[0]} × {grid[1]} of them"
-            raise InputError(self.path, f"{problem}: it is damaged", AGAIN)
+            sizes = f"{shape[0]} × {shape[1]} incident directions, not {grid[0]} × {grid[1]}"
+            raise InputError(self.path, f"has {name!r} for {sizes}: it is damaged", AGAIN)
 
 
 def _colours(fields: _Fields, grid: tuple[int, int]) -> tuple[NDArray[Any], Floats, bool]:

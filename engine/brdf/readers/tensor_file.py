@@ -121,8 +121,8 @@ def _field(cursor: _Cursor) -> _Field:
     # An empty array too, which needs no bytes: NumPy refuses absurd dimensions beside a zero.
     if field.dtype.itemsize * math.prod(max(length, 1) for length in shape) > size_bytes:
         text = " × ".join(map(str, shape))
-        problem = f"has a field {name!r} of {text} numbers, which do not fit into its {size_bytes} bytes"
-        raise InputError(cursor.path, f"{problem}: it is cut off or damaged", AGAIN)
+        problem = f"is damaged: its field {name!r} of {text} numbers does not fit into its {size_bytes} bytes"
+        raise InputError(cursor.path, problem, AGAIN)
     if field.last > size_bytes:
         problem = f"is cut off: its field {name!r} ends at byte {field.last}, the file at {size_bytes}"
         raise InputError(cursor.path, problem, AGAIN)

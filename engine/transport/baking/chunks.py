@@ -28,6 +28,7 @@ import engine
 from engine.core.budget import thread_count
 from engine.core.cluster import PATIENCE_S, connect, count_threads
 from engine.core.errors import InputError
+from engine.core.figure_text import count_text
 from engine.core.steps import Step, Steps, time_left
 
 if TYPE_CHECKING:
@@ -85,14 +86,14 @@ def fill(
     """
     total, done, visibility_s = int(sizes[list(missing)].sum()), 0, 0.0
     started = time.perf_counter()
-    yield Step(0.0, f"baking {total:,} vertices")
+    yield Step(0.0, f"baking {count_text(total)} vertices")
     with closing(run(make, missing, remote)) as chunks:
         for chunk in chunks:
             writer.put(chunk.number, chunk.rows)
             visibility_s += chunk.visibility_s
             done += int(sizes[chunk.number])
             left = time_left((time.perf_counter() - started) / done * (total - done))
-            yield Step(done / total, f"baking vertex {done:,} of {total:,}, {left}")
+            yield Step(done / total, f"baking vertex {count_text(done)} of {count_text(total)}, {left}")
     return visibility_s
 
 

@@ -12,6 +12,7 @@ import imagecodecs
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.figure_text import count_text
 from engine.core.steps import Step, Steps
 from engine.transport.baking.visibility import Receivers, visibility_shares
 
@@ -56,5 +57,5 @@ def hold_visibility(of: Receivers, edge: int, fine: int, vertices: Indices | Non
             for vertex, row in zip(chunk.tolist(), counts, strict=True):
                 packed[vertex] = bytes(imagecodecs.zstd_encode(row, level=LEVEL))
         done = min(start + CHUNK, len(asked))
-        yield Step(done / len(asked), f"visibility of vertex {done:,} of {len(asked):,}")
+        yield Step(done / len(asked), f"visibility of vertex {count_text(done)} of {count_text(len(asked))}")
     return HeldVisibility(edge, fine, packed)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
 from engine.core.cached import cached_property
 from engine.core.errors import UsageError
+from engine.core.figure_text import count_text
 from engine.geometry.mesh import Mesh
 from engine.geometry.parts import parts_of_vertices
 
@@ -93,8 +94,8 @@ def kinds_of(mesh: Mesh, brdfs: Sequence[Brdf]) -> Kinds | None:
     kinds = list(dict.fromkeys(brdf for brdf in brdfs if brdf in used))
     if len(kinds) > MAX_KINDS or len(brdfs) > MAX_PARTS:
         raise UsageError(
-            f"the model has {len(brdfs):,} parts with {len(kinds):,} different BRDFs; at most {MAX_PARTS:,} parts with "
-            f"{MAX_KINDS} are baked: give one --material FILE#NAME or --brdf for all"
+            f"the model has {count_text(len(brdfs))} parts with {len(kinds)} different BRDFs; at most "
+            f"{count_text(MAX_PARTS)} parts with {MAX_KINDS} are baked: give one --material FILE#NAME or --brdf for all"
         )
     of_part = np.array([kinds.index(brdf) if brdf in used else 0 for brdf in brdfs], np.int64)
     return Kinds(tuple(kinds), mesh.part_names, of_part, part, mesh.colours)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.core.directions import Vectors, normalize
-from engine.core.figure_text import percent
+from engine.core.figure_text import count_text, percent
 from engine.core.steps import Steps
 from engine.light.cube_map import CubeMap, cube_of
 from engine.light.environment import EnvironmentMap
@@ -123,5 +123,5 @@ def error_lines(result: dict[str, Any]) -> list[str]:
     brighter = f"; {percent(abs(mean), 3)} {'brighter' if mean > 0.0 else 'darker'} in the mean"
     return [
         f"error under {result['error_env']}: {percent(result['error_rmse_rel'], 3)} of the radiance "
-        f"(RMS, {result['error_pairs']:,} pairs of vertex and view){brighter if abs(mean) >= 1e-3 else ''}"
+        f"(RMS, {count_text(result['error_pairs'])} pairs of vertex and view){brighter if abs(mean) >= 1e-3 else ''}"
     ]

@@ -29,7 +29,7 @@ from engine.brdf.brdf import Brdf
 from engine.brdf.models.diffuse import Lambert
 from engine.core.cached import cached_property
 from engine.core.errors import UsageError
-from engine.core.figure_text import size_text
+from engine.core.figure_text import count_text, size_text
 from engine.core.params import check_values
 from engine.core.steps import Step, Steps, part, relay, time_left
 from engine.geometry.ground import Ground
@@ -323,7 +323,7 @@ def bake(path: str | os.PathLike[str], work: Work) -> Steps[Baked]:
 
     OutputError where the file cannot be written. Closing the generator keeps what is done for the next run.
     """
-    yield Step(0.0, f"preparing {work.vertices:,} vertices, {size_text(work.size_bytes)}")
+    yield Step(0.0, f"preparing {count_text(work.vertices)} vertices, {size_text(work.size_bytes)}")
     started = time.perf_counter()
     plan = _working_plan(work)
     with resumable_file(path, plan.size_bytes, plan.beginning) as output:

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from engine.brdf.brdf import Brdf
 from engine.core.cached import cached_property
 from engine.core.errors import UsageError
-from engine.core.figure_text import size_text
+from engine.core.figure_text import count_text, size_text
 from engine.core.one_thread import one_thread
 from engine.core.params import check_values
 from engine.core.steps import Step, Steps, part
@@ -339,7 +339,7 @@ def bake(
     its workers make the chunks (`engine.transport.baking.chunks`). OutputError where the file cannot be written.
     Closing the generator keeps the chunks that are done for the next run; bounces are followed anew.
     """
-    yield Step(0.0, f"preparing {work.vertices:,} vertices, {size_text(work.size_bytes)}")
+    yield Step(0.0, f"preparing {count_text(work.vertices)} vertices, {size_text(work.size_bytes)}")
     started = time.perf_counter()
     of = receivers_of(work) if of is None else of
     of = keep_visibility(of, work.kept if work.settings.shadows else None)

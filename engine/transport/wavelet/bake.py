@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, Brdf
 from engine.core.errors import UsageError
-from engine.core.figure_text import size_text
+from engine.core.figure_text import count_text, size_text
 from engine.core.params import check_values
 from engine.core.steps import Step, Steps, part
 from engine.factor.errors import Reference, reference
@@ -344,7 +344,7 @@ def bake(path: str | os.PathLike[str], work: Work, cluster: str | None = None) -
     With the address of a `cluster`, its workers make the chunks (`engine.transport.baking.chunks`). OutputError where
     the file cannot be written. Closing the generator keeps what is done for the next run.
     """
-    yield Step(0.0, f"preparing {work.vertices:,} vertices, {size_text(work.size_bytes)}")
+    yield Step(0.0, f"preparing {count_text(work.vertices)} vertices, {size_text(work.size_bytes)}")
     started = time.perf_counter()
     of = keep_visibility(work.occluder.receivers(work.surface), work.kept)
     share = 0.7 if work.settings.bounces else 1.0

@@ -17,6 +17,8 @@ from app.widgets import accessible, language, theme
 from app.window.main_window import MainWindow
 from app.window.top_bar import WORKSPACES
 from benchmarks.app.faults import cut
+from engine.core.errors import VERBS
+from engine.core.figure_text import write_with
 from tests.app.conftest import open_window
 from tests.app.visible_text import read
 from tests.app.window.test_keys_and_themes import contrast
@@ -137,6 +139,37 @@ def test_a_text_is_translated_whole_by_its_template_and_part_by_part(german: Non
     )
     assert language.translate("House of stone") == "House of stone", "no short template takes a name apart"
     assert language.translate("12.5 ms") == "12.5 ms"
+
+
+def test_what_the_engine_says_of_a_file_is_translated_with_the_remedy(
+    german: None, phrases: dict[str, list[str]]
+) -> None:
+    texts = [text for name, each in phrases.items() if name.startswith("engine/") for text in each]
+    said = [re.sub(r"%\d", "12", text) for text in texts if text.split(" ", 1)[0] in VERBS and not text.endswith(" ")]
+    assert len(said) > 400
+    shown = {text: f"felt.tif {text}.\nExport it as PLY.\n\n/photos/felt.tif" for text in said}
+    new = {text: language.translate(message) for text, message in shown.items()}
+    end = ".\nAls PLY exportieren.\n\n/photos/felt.tif"
+    assert {text: each for text, each in new.items() if ENGLISH.search(each) or not each.endswith(end)} == {}
+    assert not {text for text, each in new.items() if each.startswith(f"felt.tif {text}")}
+
+
+def test_findings_about_many_photographs_are_translated(german: None) -> None:
+    assert language.translate("and 4 more are noisy: their mean is 2 to 6 times the noise") == (
+        "und 4 weitere: jedes ist verrauscht: sein Mittel ist das 2 bis 6-fache des Rauschens"
+    )
+    assert language.translate(
+        "a b.tif and 4 more: 3 % of the pixels are clipped; a shorter exposure would keep them"
+    ) == ("a b.tif und 4 weitere: 3 % der Pixel sind übersteuert; eine kürzere Belichtung würde sie erhalten")
+
+
+def test_numbers_that_the_engine_wrote_with_a_point_are_in_the_form_of_the_language(german: None) -> None:
+    write_with(",")
+    assert language.translate("a.tif is noisy: its mean is 2.5 times the noise.") == (
+        "a.tif ist verrauscht: sein Mittel ist das 2,5-fache des Rauschens."
+    )
+    write_with(".")
+    assert language.translate("alignment left 1.5 px") == "die Ausrichtung ließ 1.5 px übrig"
 
 
 def test_a_setter_translates_its_first_text_and_no_data(german: None) -> None:

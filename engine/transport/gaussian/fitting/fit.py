@@ -35,6 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.errors import UsageError
+from engine.core.figure_text import count_text
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
 from engine.geometry.mesh import Mesh
@@ -248,7 +249,7 @@ def fit(
             found = fit_vertices(samples_of(vertices), around, whole.lobes, settings, hurried=hurried)
         whole.put(vertices, found)
         done += len(vertices)
-        note = f"fitting vertex {done:,} of {len(whole.norm):,}"
+        note = f"fitting vertex {count_text(done)} of {count_text(len(whole.norm))}"
         yield Step(0.95 * done / len(whole.norm), note, Block(index, vertices, found))
     figures = yield from _relax(whole, order, parts, samples_of, settings)
     return replace(whole, health=_health(whole, figures))
@@ -317,7 +318,7 @@ def _relax(
             better = (after < before) | (found.norm.max(axis=1) == 0.0)
             whole.put(vertices[better], found.of(np.flatnonzero(better)))
             refitted[vertices[better]] = True
-            yield Step(0.97, f"fitting {len(vertices):,} vertices again")
+            yield Step(0.97, f"fitting {count_text(len(vertices))} vertices again")
     if settings.lobes > 1 and settings.relaxations:
         changed |= labels.renumber(whole.lobes, order, RENUMBERINGS)
         changed |= yield from _repair(whole, order, samples_of, settings)
@@ -355,7 +356,7 @@ def _repair(whole: Fit, order: Flood, samples_of: Sampling, settings: FitSetting
                     whole.preserving_error_rel,
                 )  # fmt: skip
                 changed[vertex] |= repaired > 0
-            yield Step(0.98, f"fitting single views of {len(flipped):,} vertices again")
+            yield Step(0.98, f"fitting single views of {count_text(len(flipped))} vertices again")
         if changed.sum() == before:
             break
     return changed
@@ -390,9 +391,10 @@ def _health(whole: Fit, figures: dict[str, Any]) -> Health:
     findings = []
     if figures["flipped_pairs"]:
         text = (
-            f"{figures['flipped_pairs']:,} of {figures['compared_pairs']:,} pairs of neighbours disagree on their lobes"
+            f"{count_text(figures['flipped_pairs'])} of {count_text(figures['compared_pairs'])} pairs of neighbours "
+            "disagree on their lobes"
         )
         findings.append(Finding(Verdict.NOTE, text))
     if dark:
-        findings.append(Finding(Verdict.NOTE, f"{dark:,} vertices reflect no light towards any view"))
+        findings.append(Finding(Verdict.NOTE, f"{count_text(dark)} vertices reflect no light towards any view"))
     return Health(MappingProxyType(found), tuple(findings))

@@ -504,7 +504,7 @@ def test_unmeasured_light_is_reported(tmp_path: Path) -> None:
         ({"rgb": np.ones((5, 4, 2, 4, 4), np.float32)}, "has 'rgb' in 2 bands, and 3 wavelengths: it is damaged"),
         (
             {"luminance": np.ones((4, 4, 2, 2), np.float32)},
-            "has 'luminance' for 4 × 4 incident directions, and 5 × 4 of them: it is damaged",
+            "has 'luminance' for 4 × 4 incident directions, not 5 × 4: it is damaged",
         ),
         (
             {"spectra": np.ones((5, 4, 2, 4, 4), np.float32), "wavelengths": np.array([900, 950], np.float32)},
