@@ -109,6 +109,7 @@ _PLAIN = re.compile(r"([−-]?\d{1,9}+\.\d{1,9}+)( ?[^\s\d.,]{1,4})?$")
 
 #: Sources of a finding that are only counted, and verbs behind one source by those behind several.
 _MORE = re.compile(r"and \d{1,9} more(?=:? )")
+_LINE = re.compile(r"[Ll]ine \d{1,9} ")
 _THEIR = re.compile(r"\btheir\b")
 _SINGULAR = {pluralise(verb): verb for verb in VERBS}
 
@@ -293,7 +294,8 @@ def _translate_statement(text: str) -> str | None:
             each = _fill_template(f"{more[0]}: each" if verb in _SINGULAR else f"{more[0]}:", SHORTEST)
             return f"{name}{each} {find_translation(said) or said}" if each else None
         if word in VERBS and (phrase := _find_phrase(rest) or _fill_template(rest, SHORTEST)):
-            return f"{name}{phrase}"
+            line = _LINE.fullmatch(name) and _fill_template(name.lower(), SHORTEST)
+            return f"{line or name}{phrase}"
         if word.endswith(".") or "\n" in word:
             return None
     return None

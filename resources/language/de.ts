@@ -7265,6 +7265,10 @@ MIT-Lizenz.</translation>
    <translation>Validierung: log²</translation>
   </message>
   <message>
+   <source>a project does not keep this choice of an import: %1; write a stack instead</source>
+   <translation>ein Projekt behält diese Wahl eines Imports nicht: %1; stattdessen einen Stapel schreiben</translation>
+  </message>
+  <message>
    <source>cannot be taken out of so few photographs</source>
    <translation>kann nicht ausgeschlossen werden: es bleiben zu wenige Fotos</translation>
   </message>
@@ -8225,6 +8229,10 @@ MIT-Lizenz.</translation>
   <message>
    <source>is damaged (%1)</source>
    <translation>ist beschädigt (%1)</translation>
+  </message>
+  <message>
+   <source>a time limit of %1 s is outside %2 … %3</source>
+   <translation>ein Zeitlimit von %1 s liegt nicht zwischen %2 und %3</translation>
   </message>
   <message>
    <source>looking for captures</source>
@@ -11368,6 +11376,34 @@ MIT-Lizenz.</translation>
  </context>
  <context>
   <name>engine/capture</name>
+  <message>
+   <source>, waiting for %1</source>
+   <translation>, wartet auf %1</translation>
+  </message>
+  <message>
+   <source>is empty</source>
+   <translation>ist leer</translation>
+  </message>
+  <message>
+   <source>Copy it again</source>
+   <translation>Noch einmal kopieren</translation>
+  </message>
+  <message>
+   <source>has %1 × %2 px, and most have %3 × %4</source>
+   <translation>hat %1 × %2 px, und die meisten haben %3 × %4</translation>
+  </message>
+  <message>
+   <source>is the same image as %1: leave one of them out</source>
+   <translation>ist dasselbe Bild wie %1: eines davon ausschließen</translation>
+  </message>
+  <message>
+   <source>lies %1 px beside the first photograph</source>
+   <translation>liegt %1 px neben dem ersten Foto</translation>
+  </message>
+  <message>
+   <source>does not show its lamp on the mirror sphere: %1</source>
+   <translation>zeigt seine Lampe nicht auf der Spiegelkugel: %1</translation>
+  </message>
   <message>
    <source>Lit from %1 and %2 of azimuth, images</source>
    <translation>Beleuchtet aus den Azimuten %1 und %2 unterscheiden sich Bilder</translation>
@@ -17296,12 +17332,12 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
    <translation>die OpenPBR-Oberfläche: die Drehung der Anisotropie fehlt</translation>
   </message>
   <message>
-   <source>hexagonal cells of MaterialX are blended by brightness, not by their histogram as Lightarc draws them</source>
-   <translation>Sechseckzellen von MaterialX werden nach Helligkeit gemischt, nicht nach ihrem Histogramm, wie Lightarc sie zeichnet</translation>
-  </message>
-  <message>
    <source>Made by Lightarc %1. %2</source>
    <translation>Erzeugt von Lightarc %1. %2</translation>
+  </message>
+  <message>
+   <source>hexagonal cells of MaterialX are blended by brightness, not by their histogram as Lightarc draws them</source>
+   <translation>Sechseckzellen von MaterialX werden nach Helligkeit gemischt, nicht nach ihrem Histogramm, wie Lightarc sie zeichnet</translation>
   </message>
   <message>
    <source>comparing directions</source>
@@ -18690,6 +18726,14 @@ Der Kopf eines PTM hat dafür keinen Platz.
   <message>
    <source>Cannot allocate memory</source>
    <translation>Speicher ließ sich nicht belegen</translation>
+  </message>
+  <message>
+   <source>line %1 </source>
+   <translation>Zeile %1 </translation>
+  </message>
+  <message>
+   <source>line %1</source>
+   <translation>Zeile %1</translation>
   </message>
  </context>
 </TS>
