@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -37,7 +36,8 @@ Indices = NDArray[np.int64]
 #: Edge of the cube map that errors are measured under.
 ERROR_EDGE = 64
 
-estimate_s, transport_of, casts_rays = gaussian_bake.estimate_s, gaussian_bake.transport_of, gaussian_bake.casts_rays
+bake, estimate_s = gaussian_bake.bake, gaussian_bake.estimate_s
+transport_of, casts_rays = gaussian_bake.transport_of, gaussian_bake.casts_rays
 
 
 def bake_settings(settings: GaussianSettings) -> gaussian_bake.BakeSettings:
@@ -78,13 +78,6 @@ def again(file: TransportFile, brdf: Brdf, kept: Path | None) -> Steps[gaussian_
     settings = gaussian_bake.BakeSettings(**{name: file.settings[name] for name in names})
     model = model_on_ground(file.mesh, before.ground_vertex, before.ground_albedo, brdf, {})
     return (yield from gaussian_bake.lay_out(model, settings, kept=kept))
-
-
-def bake(
-    path: str | os.PathLike[str], work: gaussian_bake.Work, _cluster: str | None = None
-) -> Steps[gaussian_bake.Baked]:
-    """`gaussian.bake.bake`, which needs the neighbours of every vertex and so one machine."""
-    return (yield from gaussian_bake.bake(path, work))
 
 
 def parameters(work: gaussian_bake.Work, _settings: GaussianSettings) -> dict[str, Any]:

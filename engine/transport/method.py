@@ -177,7 +177,7 @@ class Method:
         whatever is left out.
     variations : parameters of a BRDF, at most, that can vary from vertex to vertex.
     parts : parts of a model can have BRDFs of their own.
-    takes_brdf : another BRDF can be put in without a bake. on_cluster : chunks can be baked elsewhere.
+    takes_brdf : another BRDF can be put in without a bake.
     near_light : lamps may stand near the model.
     shares_rays : bakes of several settings can share their rays; `baking` is then a `shared_rays.Sharing` too.
     dear : the parameter that costs most, about whose cheapest value a sweep turns all others as well.
@@ -203,7 +203,6 @@ class Method:
     variations: int = 0
     parts: bool = False
     takes_brdf: bool = False
-    on_cluster: bool = False
     near_light: bool = False
     shares_rays: bool = False
     dear: str = ""
@@ -281,7 +280,6 @@ METHODS: tuple[Method, ...] = (
         variations=2,
         parts=True,
         takes_brdf=True,
-        on_cluster=True,
         near_light=True,
         shares_rays=True,
         packed_share=0.3,
@@ -303,7 +301,6 @@ METHODS: tuple[Method, ...] = (
         _GLOSSY | {"self-shadowing", "interreflection", "all-frequency-light", "sun-split"},
         always=frozenset({"self-shadowing"}),
         parts=True,
-        on_cluster=True,
         shares_rays=True,
         dear="cube",
         packed_share=0.21,

@@ -289,6 +289,3 @@ def _check(arguments: argparse.Namespace) -> None:
 def _check_method(arguments: argparse.Namespace, method: Method) -> None:
     if arguments.vary and not method.variations:
         raise UsageError(f"--vary is not for --mode {method.name}, which is baked for one BRDF")
-    if arguments.cluster is not None and not method.on_cluster:
-        known = " and ".join(each.name for each in transport.methods_with("on_cluster"))
-        raise UsageError(f"--cluster is for --mode {known}")

@@ -1,9 +1,11 @@
 """Through what the chunks of a bake run: the threads of this process, or the workers of a Dask cluster.
 
-A chunk depends on its number and on what all chunks share; the kernels inside it run on all threads. For a cluster,
-what they share is a recipe, a mapping of arrays and plain values, which goes to each worker once and is made ready
-there once. Both ways compute the same from the same numbers, and the file is the same bit for bit on CPUs that
-round alike (no kernel uses fast-math). A worker that is lost costs the chunks that it had begun; others make them.
+A chunk depends on its number, or on a task that says what else it takes, and on what all chunks share; the kernels
+inside it run on all threads. For a cluster, what they share is a recipe, a mapping of arrays and plain values, which
+goes to each worker once and is made ready there once. Both ways compute the same from the same numbers, and the file is
+the same bit for bit on CPUs that round alike (no kernel uses fast-math). A worker that is lost costs the chunks that it
+had begun; others make them. No more tasks are made than workers can begin soon, and each result is handed over before
+others are waited for, so that neither side holds what grows with their number.
 
 Scheduler and workers run the code of this project and exchange objects as Dask does: only name a cluster of your own.
 
@@ -16,9 +18,10 @@ import importlib
 import threading
 import time
 import uuid
-from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import closing, suppress
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -52,17 +55,23 @@ class Chunk:
 
 Make = Callable[[int], Chunk]
 
+#: Gives the next task that can be begun; None where there is none until more results are known, or none any more.
+Ask = Callable[[], Any]
+
+#: Makes what is asked for, one after the other or side by side; results come in any order.
+Run = Callable[[Ask], Generator[Any, None, None]]
+
 
 @dataclass(frozen=True, eq=False)
 class Remote:
     """Work for a cluster: the `address` of its scheduler (`engine.core.cluster`), and what workers make chunks with.
 
-    `maker` turns `recipe`, arrays and plain values, into a function from number to chunk; workers know it by its module
-    and name.
+    `maker` turns `recipe`, arrays and plain values, into a function from number to chunk, or from task to result;
+    workers know it by its module and name.
     """
 
     address: str
-    maker: Callable[[Recipe], Make]
+    maker: Callable[[Recipe], Callable[[Any], Any]]
     recipe: Recipe
 
 
@@ -72,9 +81,40 @@ def run(make: Make, numbers: Sequence[int], remote: Remote | None = None) -> Gen
     Closing the iterator gives up what is under way. MissingCapability without the library; InputError where no
     scheduler answers, there are no workers, or they cannot do it, having another version of this program, say.
     """
-    if remote is None or not numbers:
-        return (make(number) for number in numbers)
-    return _on_cluster(remote, list(numbers))
+    if not numbers:
+        return
+    with open_workers(make if remote is None else remote) as run_tasks:
+        yield from each_of(run_tasks, numbers)
+
+
+def each_of(run_tasks: Run, tasks: Iterable[Any]) -> Generator[Any, None, None]:
+    """The results of `tasks` that wait for nothing, each made when it can be begun."""
+    left = iter(tasks)
+    return run_tasks(lambda: next(left, None))
+
+
+@contextmanager
+def open_workers(by: Callable[[Any], Any] | Remote) -> Iterator[Run]:
+    """What does tasks within the block: a function here, or the workers of a cluster, which get the recipe once.
+
+    A result is known to whoever iterates before the next task is asked for, so a task may depend on results. Raises
+    what `run` does.
+    """
+    if not isinstance(by, Remote):
+        yield partial(_run_here, by)
+        return
+    with connect(by.address, "Baking") as client:
+        token = uuid.uuid4().hex
+        held = client.submit(dict, by.recipe, key=f"lightarc-recipe-{token}")
+        try:
+            yield partial(_run_there, client, by, token, held)
+        finally:
+            client.cancel([held], force=True)
+
+
+def _run_here(make: Callable[[Any], Any], ask: Ask) -> Generator[Any, None, None]:
+    while (task := ask()) is not None:
+        yield make(task)
 
 
 def fill(
@@ -97,47 +137,47 @@ def fill(
     return visibility_s
 
 
-def _on_cluster(remote: Remote, numbers: list[int]) -> Generator[Chunk, None, None]:
-    with connect(remote.address, "Baking") as client:
-        import distributed
+def _run_there(client: Any, remote: Remote, token: str, held: Any, ask: Ask) -> Generator[Any, None, None]:
+    import distributed
 
-        try:
-            yield from _results(distributed, client, remote, numbers)
-        except (
-            distributed.KilledWorker,
-            distributed.CancelledError,
-            OSError,
-            ImportError,
-            AttributeError,
-            RuntimeError,
-        ) as error:
-            words = " ".join(str(error).split())[:200] or type(error).__name__
-            raise InputError(
-                remote.address,
-                f"the cluster could not do its part ({words})",
-                f"Install Lightarc {engine.__version__} where the scheduler and the workers run and start again; "
-                "the bake goes on where it stopped",
-            ) from None
-
-
-def _results(distributed: Any, client: Any, remote: Remote, numbers: list[int]) -> Generator[Chunk, None, None]:
-    """Submit chunks as workers can take them, and yield what is done."""
-    token = uuid.uuid4().hex
-    held = client.submit(dict, remote.recipe, key=f"lightarc-recipe-{token}")
-    entry, words = _entry(), (engine.__version__, token, remote.maker.__module__, remote.maker.__name__)
-    left, under_way = numbers[::-1], set[Any]()
     try:
-        while left or under_way:
+        yield from _results(distributed, client, remote, token, held, ask)
+    except (
+        distributed.KilledWorker,
+        distributed.CancelledError,
+        OSError,
+        ImportError,
+        AttributeError,
+        RuntimeError,
+    ) as error:
+        words = " ".join(str(error).split())[:200] or type(error).__name__
+        raise InputError(
+            remote.address,
+            f"the cluster could not do its part ({words})",
+            f"Install Lightarc {engine.__version__} where the scheduler and the workers run and start again; "
+            "the bake goes on where it stopped",
+        ) from None
+
+
+def _results(
+    distributed: Any, client: Any, remote: Remote, token: str, held: Any, ask: Ask
+) -> Generator[Any, None, None]:
+    """Submit tasks as workers can take them, and yield what is done."""
+    entry, words = _entry(), (engine.__version__, token, remote.maker.__module__, remote.maker.__name__)
+    under_way = set[Any]()
+    try:
+        while True:
             threads = count_threads(client, remote.address)
-            while left and len(under_way) < AHEAD * threads:
-                number = left.pop()
-                key = f"lightarc-chunk-{token}-{number}"
-                under_way.add(client.submit(entry, *words, held, number, key=key, retries=2))
+            while len(under_way) < AHEAD * threads and (task := ask()) is not None:
+                key = f"lightarc-chunk-{token}-{uuid.uuid4().hex}"
+                under_way.add(client.submit(entry, *words, held, task, key=key, retries=2))
+            if not under_way:
+                return
             for future in _finish(distributed, client, under_way):
                 under_way.remove(future)
                 yield future.result()
     finally:
-        client.cancel([held, *under_way], force=True)
+        client.cancel([*under_way], force=True)
 
 
 def _finish(distributed: Any, client: Any, under_way: set[Any]) -> set[Any]:
@@ -158,19 +198,19 @@ def _entry() -> Callable[..., Any]:
 
 
 #: Result of the latest recipe in this process, a worker: one bake at a time, its kernels take all threads.
-_kept: tuple[str, Make] | None = None
+_kept: tuple[str, Callable[[Any], Any]] | None = None
 _at_work = threading.Lock()
 
 
-def on_worker(version: str, token: str, module: str, name: str, recipe: Recipe, number: int) -> Chunk:
-    """A chunk, in a worker: `name` in `module` is the maker, `token` identifies the recipe."""
+def on_worker(version: str, token: str, module: str, name: str, recipe: Recipe, task: Any) -> Any:
+    """A result, in a worker: `name` in `module` is the maker, `token` identifies the recipe."""
     global _kept
     if version != engine.__version__:
         raise RuntimeError(f"a worker has Lightarc {engine.__version__}, not {version}")
     with _at_work:
         if _kept is None or _kept[0] != token:
             _kept = (token, getattr(importlib.import_module(module), name)(recipe))
-        return _kept[1](number)
+        return _kept[1](task)
 
 
 #: Fewest vertices of the model whose bake predicts that of all others, and of the ground, where vertices differ less.

@@ -5,8 +5,9 @@ A vertex takes some 0.5 kB of 6 × 64² counts; it is written in 0.1 ms of a cor
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Generator, Iterable, Mapping
+from contextlib import closing
+from dataclasses import dataclass, replace
 
 import imagecodecs
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from engine.core.figure_text import count_text
 from engine.core.steps import Step, Steps
 from engine.transport.baking.visibility import Receivers, visibility_shares
+from engine.transport.baking.visibility_record import VisibilityRecord, blocks, pack_block
 
 Indices = NDArray[np.int64]
 
@@ -23,6 +25,15 @@ LEVEL = 1
 
 #: Vertices between two steps.
 CHUNK = 256
+
+#: A block whose visibility is wanted: its number, its vertices, and whether it is wanted as a record holds it as well.
+Asked = tuple[int, Indices, bool]
+
+#: The same found: its number, the packed counts of each vertex, and the block as a record holds it, or nothing.
+Seen = tuple[int, list[bytes], bytes]
+
+#: Finds the visibility of blocks, in any order.
+Look = Callable[[Iterable[Asked]], Generator[Seen, None, None]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +52,15 @@ class HeldVisibility:
             row[:] = np.frombuffer(imagecodecs.zstd_decode(self.packed[vertex], out=size), np.uint8)
         return found
 
+    def choose(self, vertices: Indices) -> list[bytes]:
+        """The packed counts of `vertices`."""
+        return [self.packed[vertex] for vertex in vertices.tolist()]
+
+
+def pack_rows(counts: NDArray[np.uint8]) -> list[bytes]:
+    """Counts (B, 6 edge²) as `HeldVisibility` holds them, by vertex."""
+    return [bytes(imagecodecs.zstd_encode(row, level=LEVEL)) for row in counts]
+
 
 def merge_texels(counts: NDArray[np.uint8], edge: int) -> NDArray[np.uint8]:
     """Counts (B, 6 edge²) over a cube map of half the edge: sums of four, which must fit into 8 bits."""
@@ -51,11 +71,44 @@ def merge_texels(counts: NDArray[np.uint8], edge: int) -> NDArray[np.uint8]:
 
 def hold_visibility(of: Receivers, edge: int, fine: int, vertices: Indices | None = None) -> Steps[HeldVisibility]:
     """Find the visibility of `vertices` in rising order, all by default, from the record of `of` or by rays."""
-    asked, packed = np.arange(len(of)) if vertices is None else vertices, {}
+    asked, packed = np.arange(len(of)) if vertices is None else vertices, dict[int, bytes]()
     for start in range(0, len(asked), CHUNK):
         for chunk, counts in visibility_shares(of, edge, fine, asked[start : start + CHUNK]):
-            for vertex, row in zip(chunk.tolist(), counts, strict=True):
-                packed[vertex] = bytes(imagecodecs.zstd_encode(row, level=LEVEL))
+            packed.update(zip(chunk.tolist(), pack_rows(counts), strict=True))
         done = min(start + CHUNK, len(asked))
         yield Step(done / len(asked), f"visibility of vertex {count_text(done)} of {count_text(len(asked))}")
     return HeldVisibility(edge, fine, packed)
+
+
+def gather_visibility(of: Receivers, edge: int, fine: int, look: Look) -> Steps[HeldVisibility]:
+    """The visibility of all vertices: blocks from the record of `of`, and others by `look`, which the record then has.
+
+    Blocks are small enough to be found elsewhere (`engine.transport.baking.chunks`).
+    """
+    parts, packed, done = blocks(of, edge), dict[int, bytes](), 0
+    record = of.record if isinstance(of.record, VisibilityRecord) else None
+    missing = list(range(len(parts))) if record is None else record.missing(of, edge, fine)
+
+    def step(number: int) -> Step:
+        nonlocal done
+        done += len(parts[number])
+        return Step(done / len(of), f"visibility of vertex {count_text(done)} of {count_text(len(of))}")
+
+    for number in sorted(set(range(len(parts))) - set(missing)):
+        for chunk, counts in visibility_shares(of, edge, fine, parts[number]):
+            packed.update(zip(chunk.tolist(), pack_rows(counts), strict=True))
+        yield step(number)
+    with closing(look((number, parts[number], record is not None) for number in missing)) as found:
+        for number, rows, block in found:
+            packed.update(zip(parts[number].tolist(), rows, strict=True))
+            if record is not None:
+                record.put(edge, fine, number, block)
+            yield step(number)
+    return HeldVisibility(edge, fine, packed)
+
+
+def look_at(of: Receivers, edge: int, fine: int, asked: Asked) -> Seen:
+    """Visibility of a block by rays, for `gather_visibility`."""
+    number, vertices, as_block = asked
+    counts = np.concatenate([some for _, some in visibility_shares(replace(of, record=None), edge, fine, vertices)])
+    return number, pack_rows(counts), pack_block(counts) if as_block else b""

@@ -63,6 +63,17 @@ class VisibilityRecord:
         with closing(_open(path)) as file:
             return file.count() == -(-len(of) // _block(edge))
 
+    def missing(self, of: Receivers, edge: int, fine: int) -> list[int]:
+        """The numbers of the blocks that are missing."""
+        with closing(_open(self.path(edge, fine))) as file:
+            held = file.numbers()
+        return [number for number in range(len(blocks(of, edge))) if number not in held]
+
+    def put(self, edge: int, fine: int, number: int, data: bytes) -> None:
+        """Keep a block that `pack_block` made elsewhere."""
+        with closing(_open(self.path(edge, fine))) as file:
+            file.put(number, data)
+
     def find_whole(self, of: Receivers) -> tuple[int, int] | None:
         """The edge and fineness of the coarsest cube map of which nothing is missing; None where there is none."""
         names = (path.stem.split("-") for path in self.folder.glob(f"visibility-{self.surface[:40]}-*.sqlite"))
@@ -86,13 +97,24 @@ class VisibilityRecord:
                 counts = file.read(number, (last - first, 6 * edge * edge))
                 if counts is None:
                     counts = find(np.arange(first, last))
-                    file.write(number, counts)
+                    file.put(number, pack_block(counts))
                 yield chunk, counts[chunk - first]
 
 
 def _block(edge: int) -> int:
     """Vertices of a block."""
     return max(1, TEXELS // (6 * edge * edge))
+
+
+def blocks(of: Receivers, edge: int) -> list[Indices]:
+    """The vertices of each block."""
+    size = _block(edge)
+    return [np.arange(start, min(start + size, len(of))) for start in range(0, len(of), size)]
+
+
+def pack_block(counts: Counts) -> bytes:
+    """The counts of a block as a record holds them."""
+    return bytes(imagecodecs.zstd_encode(np.ascontiguousarray(counts).tobytes(), level=LEVEL))
 
 
 def is_kept(of: Receivers, edge: int, fine: int) -> bool:
@@ -142,9 +164,12 @@ class _File:
         row = self._run("SELECT COUNT(*) FROM blocks", ())
         return int(str(row[0][0])) if row else 0
 
-    def write(self, number: int, counts: Counts) -> None:
-        """Keep the counts of a block."""
-        data = bytes(imagecodecs.zstd_encode(counts.tobytes(), level=LEVEL))
+    def numbers(self) -> set[int]:
+        """Numbers of the blocks that are there."""
+        return {int(str(row[0])) for row in self._run("SELECT number FROM blocks", ())}
+
+    def put(self, number: int, data: bytes) -> None:
+        """Keep a block that is packed."""
         self._run("INSERT OR REPLACE INTO blocks VALUES (?, ?, ?)", (number, zlib.crc32(data), data))
 
     def close(self) -> None:

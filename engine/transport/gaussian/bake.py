@@ -11,15 +11,21 @@ weigh has the lower error of radiance under a test environment is taken; both er
 Visibility comes first, from its record or by rays, and is held in memory (`HeldVisibility`). Bound by the fit, and
 by rays where there is no record; indirect light, which casts its own, takes three times as long again. Memory: the
 lobes, their working file's 48 bytes for each vertex, view and lobe, and one block of samples.
+
+Visibility, fits and diffuse rows are tasks for some vertices each (`Baker`), done by this process, or by the workers of
+a cluster, which hold the model and one task. A task brings what its vertices see, and the lobes that they start from.
 """
 
 from __future__ import annotations
 
 import os
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import AbstractContextManager, closing
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
@@ -30,13 +36,16 @@ from engine.brdf.models.diffuse import Lambert
 from engine.core.cached import cached_property
 from engine.core.errors import UsageError
 from engine.core.figure_text import count_text, size_text
+from engine.core.health import Health
 from engine.core.params import check_values
 from engine.core.steps import Step, Steps, part, relay, time_left
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
+from engine.geometry.ray_caster import RayCaster
 from engine.light.cube_map import CubeMap, cube_of
 from engine.light.environment_file import open_environment
 from engine.storage.resumable import resumable_file
+from engine.transport.baking.chunks import Recipe, Remote, Run, each_of, open_workers
 from engine.transport.baking.file import (
     TransportFile,
     TransportPlan,
@@ -46,22 +55,25 @@ from engine.transport.baking.file import (
     read_as,
     write_transport,
 )
-from engine.transport.baking.held_visibility import hold_visibility
+from engine.transport.baking.held_visibility import HeldVisibility, Seen, gather_visibility, hold_visibility, look_at
 from engine.transport.baking.parts import Kinds, parts_in, text_of_bake
 from engine.transport.baking.settings import GaussianSettings, WaveletSettings
 from engine.transport.baking.spatially_varying import Variation, variation_to_text
+from engine.transport.baking.visibility import Receivers
 from engine.transport.baking.visibility_record import is_kept, keep_visibility
 from engine.transport.gaussian.compress import NAMES, check, restore, size_bytes
 from engine.transport.gaussian.compress import compress as compress_lobes
-from engine.transport.gaussian.diffuse import DiffuseTransfer, rows_of_all, send_light
+from engine.transport.gaussian.diffuse import CHUNK, DiffuseTransfer, send_light
 from engine.transport.gaussian.error import GaussianError, Known, Weighting, change, gaussian_error
 from engine.transport.gaussian.fitting.fit import (
     Block,
     Fit,
     FitSettings,
+    Piece,
     TransportSamples,
     blocks,
-    fit,
+    fit_piece,
+    fit_pieces,
     fit_vertices,
 )
 from engine.transport.gaussian.fitting.flood_fill import flood
@@ -318,27 +330,116 @@ def estimate_s(work: Work) -> float:
     return visibility_s + work.seconds_per_vertex * (work.model.ground_vertex + 0.1 * rest)
 
 
-def bake(path: str | os.PathLike[str], work: Work) -> Steps[Baked]:
+#: What a task is (a method of `Baker`), and what that takes.
+Task = tuple[str, Any]
+
+
+class Baker:
+    """Does the tasks of a bake, each by itself: in this process, or on a worker of a cluster (`maker`).
+
+    `model` needs no visibility: tasks bring that of their vertices. `sent` is light between parts of the model.
+    """
+
+    def __init__(self, model: GlossySurface, settings: BakeSettings, sent: NDArray[np.float32] | None = None) -> None:
+        self._packed = dict[int, bytes]()
+        seen = HeldVisibility(settings.edge, settings.fine, self._packed)
+        self._model, self._settings = replace(model, seen=seen), settings
+        self._diffuse = DiffuseTransfer(self._model, settings.order, settings.edge, settings.fine, sent)
+
+    def __call__(self, task: Task) -> Any:
+        """The result of a task."""
+        name, asked = task
+        return getattr(self, name)(*asked)
+
+    def look(self, number: int, vertices: Indices, as_block: bool) -> Seen:
+        """Visibility of a block by rays."""
+        settings = self._settings
+        return look_at(self._model.of, settings.edge, settings.fine, (number, vertices, as_block))
+
+    def fit(self, component: str, piece: Piece, packed: list[bytes]) -> tuple[int, NDArray[np.float32]]:
+        """The number and the fit, in one array, of some vertices that see what is `packed`."""
+        self._see(piece.vertices, packed)
+        samples = _samples(self._model, self._settings, component, piece.vertices)
+        return piece.number, _flat(fit_piece(piece, samples, self._settings.fit))
+
+    def rows(self, vertices: Indices, packed: list[bytes]) -> tuple[Indices, NDArray[np.float32]]:
+        """The diffuse part of some vertices that see what is `packed`."""
+        self._see(vertices, packed)
+        return vertices, self._diffuse.rows(vertices)
+
+    def _see(self, vertices: Indices, packed: list[bytes]) -> None:
+        self._packed.clear()
+        if packed:
+            self._packed.update(zip(vertices.tolist(), packed, strict=True))
+
+
+def maker(recipe: Recipe) -> Baker:
+    """What does the tasks of a bake, from its recipe (`recipe_of`)."""
+    health = Health(MappingProxyType({"texture_coordinates_made": recipe["texture_coordinates_made"]}))
+    arrays = {name: recipe[name] for name in ("positions", "normals", "uv", "faces", "brushing")}
+    mesh = Mesh(**arrays, name="", health=health)
+    caster = RayCaster(recipe["shading_positions"], recipe["shading_faces"])
+    of = Receivers(caster, recipe["origin"], recipe["normal"], recipe["free"])
+    same = {name: recipe[name] for name in ("ground_vertex", "ground_albedo", "brdf", "varied", "frames", "kinds")}
+    return Baker(GlossySurface(mesh=mesh, of=of, **same), BakeSettings(**recipe["settings"]), recipe.get("sent"))
+
+
+def recipe_of(work: Work, sent: NDArray[np.float32] | None = None) -> Recipe:
+    """Data that all tasks of `work` share, for `maker`; `sent` by `send_light`."""
+    model = work.model
+    mesh, of = model.mesh, model.of
+    return {
+        "positions": mesh.positions,
+        "normals": mesh.normals,
+        "uv": mesh.uv,
+        "faces": mesh.faces,
+        "texture_coordinates_made": mesh.health.figures.get("texture_coordinates_made", 0.0),
+        "brushing": mesh.brushing,
+        "ground_vertex": model.ground_vertex,
+        "ground_albedo": model.ground_albedo,
+        "brdf": model.brdf,
+        "varied": model.varied,
+        "kinds": model.kinds,
+        "frames": model.frames,
+        "shading_positions": of.caster.positions,
+        "shading_faces": of.caster.faces,
+        "origin": of.origin,
+        "normal": of.normal,
+        "free": of.free,
+        "settings": asdict(work.settings),
+        **({} if sent is None else {"sent": sent}),
+    }
+
+
+def _open(work: Work, cluster: str | None, sent: NDArray[np.float32] | None = None) -> AbstractContextManager[Run]:
+    """What does the tasks of `work`: this process, or the workers of a `cluster`."""
+    return open_workers(
+        Baker(work.model, work.settings, sent) if cluster is None else Remote(cluster, maker, recipe_of(work, sent))
+    )
+
+
+def bake(path: str | os.PathLike[str], work: Work, cluster: str | None = None) -> Steps[Baked]:
     """Bake into the file `path`, going on where an equal bake was interrupted; its `Step.partial` is None.
 
+    With the address of a `cluster`, its workers do the tasks (`engine.transport.baking.chunks`), to the same bytes.
     OutputError where the file cannot be written. Closing the generator keeps what is done for the next run.
     """
     yield Step(0.0, f"preparing {count_text(work.vertices)} vertices, {size_text(work.size_bytes)}")
     started = time.perf_counter()
     plan = _working_plan(work)
-    with resumable_file(path, plan.size_bytes, plan.beginning) as output:
+    with resumable_file(path, plan.size_bytes, plan.beginning) as output, _open(work, cluster) as run:
         of, settings = keep_visibility(work.model.of, work.kept), work.settings
-        seen = yield from part(hold_visibility(of, settings.edge, settings.fine), 0.0, 0.25)
+        look = lambda asked: each_of(run, (("look", each) for each in asked))  # noqa: E731
+        seen = yield from part(gather_visibility(of, settings.edge, settings.fine, look), 0.0, 0.25)
         visibility_s = time.perf_counter() - started
-        work = replace(work, model=replace(work.model, seen=seen))
-        filling = _Filling(work, TransportWriter(output, plan))
+        filling = _Filling(work, TransportWriter(output, plan), seen, run)
         resumed = plan.chunks - len(filling.missing)
         shares = np.linspace(0.25, 0.95, len(work.settings.components) + 1)
         fits = []
         for number, component in enumerate(work.settings.components):
             fits.append((yield from part(filling.fit(component), shares[number], shares[number + 1])))
         before = time.perf_counter()
-        rows = yield from part(_diffuse_rows(work), 0.95, 0.99)
+        rows = yield from part(_diffuse_rows(work, seen, run, cluster), 0.95, 0.99)
         diffuse_s = time.perf_counter() - before
         yield Step(0.99, "writing")
         figures, lobes = figures_of(work, fits), _weigh(work, fits)
@@ -356,17 +457,17 @@ def bake(path: str | os.PathLike[str], work: Work) -> Steps[Baked]:
 class _Filling:
     """Fits the components of a bake, keeping every block in the working file."""
 
-    def __init__(self, work: Work, writer: TransportWriter) -> None:
-        self._work, self._writer = work, writer
+    def __init__(self, work: Work, writer: TransportWriter, seen: HeldVisibility, run: Run) -> None:
+        self._work, self._writer, self._seen, self._run = work, writer, seen, run
         self.missing = set(writer.missing)
 
     def fit(self, component: str) -> Steps[Fit]:
         """Lobes of one component; blocks that are there from before are taken as they are."""
         work, started = self._work, time.perf_counter()
         first = work.settings.components.index(component) * len(work.parts)
-        steps = fit(
+        steps = fit_pieces(
             work.surface,
-            lambda vertices: _samples(work.model, work.settings, component, vertices),
+            partial(self._run_pieces, component),
             work.settings.fit,
             count=work.model.ground_vertex,
             known=lambda index: None if first + index in self.missing else self._known(first + index),
@@ -383,6 +484,22 @@ class _Filling:
             return Step(step.done, f"{step.note}, {component}{_estimate_time_left(started, fresh, step.done, work)}")
 
         return (yield from relay(steps, keep))
+
+    def _run_pieces(self, component: str, ask: Callable[[], Piece | None]) -> Generator[tuple[int, Fit], None, None]:
+        """The fits of the pieces that are asked for."""
+        vertices = dict[int, int]()
+
+        def next_task() -> Task | None:
+            piece = ask()
+            if piece is None:
+                return None
+            vertices[piece.number] = len(piece.vertices)
+            packed = self._seen.choose(piece.vertices) if component == "direct" else []
+            return "fit", (component, piece, packed)
+
+        with closing(self._run(next_task)) as found:
+            for number, values in found:
+                yield number, _unflat(values, vertices.pop(number), self._work.settings.lobes)
 
     def _known(self, chunk: int) -> Fit:
         vertices = self._work.parts[chunk % len(self._work.parts)]
@@ -432,14 +549,27 @@ def _unflat(values: NDArray[np.float32], vertices: int, lobes: int) -> Fit:
     return fit
 
 
-def _diffuse_rows(work: Work) -> Steps[NDArray[np.float32]]:
-    """(V, C, order²) the diffuse part of all vertices, and the ground."""
-    model, settings = work.model, work.settings
+def _diffuse_rows(work: Work, seen: HeldVisibility, run: Run, cluster: str | None) -> Steps[NDArray[np.float32]]:
+    """(V, C, order²) the diffuse part of all vertices, and the ground; `run` does tasks without light between parts."""
+    model, settings = replace(work.model, seen=seen), work.settings
     diffuse = DiffuseTransfer(model, settings.order, settings.edge, settings.fine)
     if not settings.indirect:
-        return (yield from rows_of_all(diffuse))
-    diffuse = replace(diffuse, sent=(yield from part(send_light(diffuse), 0.0, 0.4)))
-    return (yield from part(rows_of_all(diffuse), 0.4, 1.0))
+        return (yield from _gather_rows(diffuse, seen, run))
+    sent = yield from part(send_light(diffuse), 0.0, 0.4)
+    with _open(work, cluster, sent) as again:
+        return (yield from part(_gather_rows(replace(diffuse, sent=sent), seen, again), 0.4, 1.0))
+
+
+def _gather_rows(diffuse: DiffuseTransfer, seen: HeldVisibility, run: Run) -> Steps[NDArray[np.float32]]:
+    """The same by the tasks of `run`."""
+    count, done = len(diffuse.surface.mesh.positions), 0
+    rows = np.empty((count, diffuse.channels, diffuse.order**2), np.float32)
+    parts = (np.arange(start, min(start + CHUNK, count)) for start in range(0, count, CHUNK))
+    with closing(each_of(run, (("rows", (some, seen.choose(some))) for some in parts))) as found:
+        for vertices, values in found:
+            rows[vertices], done = values, done + len(vertices)
+            yield Step(done / count, "baking the diffuse part")
+    return rows
 
 
 def figures_of(work: Work, fits: Sequence[Fit]) -> dict[str, float]:

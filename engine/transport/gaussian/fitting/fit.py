@@ -12,6 +12,11 @@ arrangement of several lobes with that of neighbouring vertices (10) are small t
   vertices that often disagree with neighbours are fitted again, with all of these in (10); kept is what is better.
   Single views that still disagree are fitted last (`flip_repair`).
 
+What a vertex takes from others are lobes of neighbours that do not change meanwhile, so a block of vertices can be
+fitted anywhere from its samples and a copy of these (`Piece`), to the same bits. While the flood goes on, a block can
+be begun when the blocks of the front before that it touches are done; afterwards, vertices that are fitted again are
+coloured so that neighbours differ, and one colour follows the other.
+
 With beta = gamma = delta = 0 every view is a least-squares fit by itself. With alpha = 0 nothing is fitted: the start
 from peak and moments is drawn together by the other terms. With one lobe (10) is empty, and neighbouring vertices give
 a start and nothing else.
@@ -26,8 +31,11 @@ gaussian-fit-speed`). Memory: the samples of one block, and 28 bytes for each ve
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field, replace
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
@@ -199,6 +207,30 @@ class Fit:
 
 
 @dataclass(frozen=True, eq=False)
+class Piece:
+    """Vertices (B,) that do not look at each other, with all that their fit takes beside samples (`fit_piece`).
+
+    Attributes
+    ----------
+    number : tells it from others that are under way.
+    around : for each vertex the rows of `near` that are its neighbours. near : lobes of these.
+    own : fits of the vertices, where only those views are fitted anew that disagree (`flip_repair`); else None.
+    hurried : with some short starts alone.
+    """
+
+    number: int
+    vertices: Indices
+    around: list[Indices]
+    near: Lobes
+    own: Fit | None = None
+    hurried: bool = False
+
+
+#: Makes the pieces that a function hands out until it has no more, in any order: their numbers and fits.
+RunPieces = Callable[[Callable[[], "Piece | None"]], Generator[tuple[int, Fit], None, None]]
+
+
+@dataclass(frozen=True, eq=False)
 class Block:
     """Some vertices (B,) that were fitted, and their fit; blocks have numbers from 0 in the order of the flood."""
 
@@ -225,40 +257,129 @@ def fit(
     known: Callable[[int], Fit | None] | None = None,
     limit_s: float | None = None,
 ) -> Steps[Fit]:
+    """Fit the first `count` vertices of `mesh` (all by default) in this process, as `fit_pieces`.
+
+    `samples_of` is called for a block at a time.
+    """
+    settings = FitSettings() if settings is None else settings
+    run = partial(run_here, samples_of, settings)
+    return (yield from fit_pieces(mesh, run, settings, count=count, known=known, limit_s=limit_s))
+
+
+def fit_pieces(
+    mesh: Mesh,
+    run: RunPieces,
+    settings: FitSettings,
+    *,
+    count: int | None = None,
+    known: Callable[[int], Fit | None] | None = None,
+    limit_s: float | None = None,
+) -> Steps[Fit]:
     """Fit the first `count` vertices of `mesh` (all by default); each step's `partial` is a `Block`.
 
-    The result does not depend on the number of threads. Blocks that the relaxation changes come once more, with the
-    same index. Whoever stops has valid lobes in the blocks so far.
+    The result does not depend on the number of threads, or on where pieces are fitted. Blocks that the relaxation
+    changes come once more, with the same index. Whoever stops has valid lobes in the blocks so far.
 
     Parameters
     ----------
-    samples_of : called for a block at a time.
+    run : fits pieces (`fit_piece`), here or elsewhere.
     known : a block that was fitted before by its number, or None; it must be what this function gave.
     limit_s : after so many seconds, vertices get the best of some short starts; they are valid, but not minimal.
     """
-    settings = FitSettings() if settings is None else settings
     order = flood(mesh, count)
     parts = blocks(order)
     whole = Fit.empty(len(order.front_of), settings.lobes)
-    started, done = time.perf_counter(), 0
-    for index, vertices in enumerate(parts):
-        found = None if known is None else known(index)
-        if found is None:
-            hurried = limit_s is not None and time.perf_counter() - started > limit_s
-            around = [_before(order, int(vertex)) for vertex in vertices]
-            found = fit_vertices(samples_of(vertices), around, whole.lobes, settings, hurried=hurried)
-        whole.put(vertices, found)
-        done += len(vertices)
-        note = f"fitting vertex {count_text(done)} of {count_text(len(whole.norm))}"
-        yield Step(0.95 * done / len(whole.norm), note, Block(index, vertices, found))
-    figures = yield from _relax(whole, order, parts, samples_of, settings)
+    started, done, vertices = time.perf_counter(), 0, len(order.front_of)
+    found_before = np.zeros(len(parts), bool)
+    for index, part in enumerate(parts if known is not None else ()):
+        found = known(index) if known is not None else None
+        if found is not None:
+            whole.put(part, found)
+            found_before[index], done = True, done + len(part)
+            yield Step(
+                0.95 * done / vertices,
+                f"fitting vertex {count_text(done)} of {count_text(vertices)}",
+                Block(index, part, found),
+            )
+    waits = _Waits(order, parts, found_before)
+
+    def ask() -> Piece | None:
+        if not waits.ready:
+            return None
+        index = waits.ready.popleft()
+        hurried = limit_s is not None and time.perf_counter() - started > limit_s
+        around = [_before(order, int(vertex)) for vertex in parts[index]]
+        return _cut(index, parts[index], around, whole, hurried=hurried)
+
+    with closing(run(ask)) as pieces:
+        for index, found in pieces:
+            whole.put(parts[index], found)
+            waits.finish(index)
+            done += len(parts[index])
+            note = f"fitting vertex {count_text(done)} of {count_text(vertices)}"
+            yield Step(0.95 * done / vertices, note, Block(index, parts[index], found))
+    figures = yield from _relax(whole, order, parts, run, settings)
     return replace(whole, health=_health(whole, figures))
 
 
+class _Waits:
+    """Blocks that can be begun, `ready`, as those of the front before that they touch are done.
+
+    `done` (blocks,) are those that are from the beginning.
+    """
+
+    def __init__(self, order: Flood, parts: Sequence[Indices], done: NDArray[np.bool_]) -> None:
+        count = len(parts)
+        block_of = np.empty(len(order.front_of), np.int64)
+        block_of[np.concatenate([np.zeros(0, np.int64), *parts])] = np.repeat(
+            np.arange(count), [len(part) for part in parts]
+        )
+        vertex = np.repeat(np.arange(len(block_of)), np.diff(order.start))
+        earlier = order.front_of[order.neighbour] < order.front_of[vertex]
+        pairs = np.unique(block_of[order.neighbour[earlier]] * count + block_of[vertex[earlier]])
+        before, after = np.divmod(pairs, count)
+        left = ~done[before] & ~done[after]
+        self._after, self._waiting = after[left], np.bincount(after[left], minlength=count)
+        self._start = np.concatenate([[0], np.cumsum(np.bincount(before[left], minlength=count))])
+        self.ready = deque(np.flatnonzero(~done & (self._waiting == 0)).tolist())
+
+    def finish(self, index: int) -> None:
+        """Let those begin that waited for this block alone."""
+        for other in self._after[self._start[index] : self._start[index + 1]].tolist():
+            self._waiting[other] -= 1
+            if not self._waiting[other]:
+                self.ready.append(other)
+
+
 def _before(order: Flood, vertex: int) -> Indices:
-    """The neighbours of a vertex in earlier fronts."""
+    """The neighbours of a vertex in earlier fronts, as many as a fit looks at."""
     around = order.neighbours(vertex)
-    return around[order.front_of[around] < order.front_of[vertex]]
+    return around[order.front_of[around] < order.front_of[vertex]][: kernel.NEAR]
+
+
+def _cut(
+    number: int, vertices: Indices, around: Sequence[Indices], whole: Fit, own: Fit | None = None, hurried: bool = False
+) -> Piece:
+    """`vertices` with the lobes of those `around` each, and nothing else."""
+    some, row = np.unique(np.concatenate(around), return_inverse=True)
+    lobes = whole.lobes
+    near = Lobes(lobes.weight[some], lobes.mean[some], lobes.sigma[some])
+    return Piece(number, vertices, np.split(row, np.cumsum([len(each) for each in around])[:-1]), near, own, hurried)
+
+
+def run_here(
+    samples_of: Sampling, settings: FitSettings, ask: Callable[[], Piece | None]
+) -> Generator[tuple[int, Fit], None, None]:
+    """Fit one piece after the other in this process, as `RunPieces`."""
+    while (piece := ask()) is not None:
+        yield piece.number, fit_piece(piece, samples_of(piece.vertices), settings)
+
+
+def fit_piece(piece: Piece, samples: TransportSamples, settings: FitSettings) -> Fit:
+    """The fit of the vertices of a piece from their `samples`."""
+    if piece.own is not None:
+        return _repair_piece(piece, piece.own, samples, settings)
+    return fit_vertices(samples, piece.around, piece.near, settings, hurried=piece.hurried)
 
 
 def fit_vertices(
@@ -299,7 +420,7 @@ def fit_vertices(
 
 
 def _relax(
-    whole: Fit, order: Flood, parts: tuple[Indices, ...], samples_of: Sampling, settings: FitSettings
+    whole: Fit, order: Flood, parts: tuple[Indices, ...], run: RunPieces, settings: FitSettings
 ) -> Steps[dict[str, float]]:
     """Make neighbours agree, in place; figures of what was found and done."""
     changed, refitted = np.zeros(len(whole.norm), bool), np.zeros(len(whole.norm), bool)
@@ -309,19 +430,17 @@ def _relax(
         wanting = (labels.compute_flipped_share(whole.lobes, order) > OFTEN) | _dark_beside_lit(whole, order)
         if not wanting.any():
             break
-        for vertices in _apart(np.flatnonzero(wanting), order):
-            found = fit_vertices(
-                samples_of(vertices), [order.neighbours(int(vertex)) for vertex in vertices], whole.lobes, settings
-            )
-            before = labels.compute_flipped_share(whole.lobes, order, vertices=vertices)
-            after = labels.compute_flipped_share(whole.lobes, order, found.lobes, vertices)
-            better = (after < before) | (found.norm.max(axis=1) == 0.0)
-            whole.put(vertices[better], found.of(np.flatnonzero(better)))
-            refitted[vertices[better]] = True
-            yield Step(0.97, f"fitting {count_text(len(vertices))} vertices again")
+        for same in _apart(np.flatnonzero(wanting), order):
+            for vertices, found in _run_again(whole, order, same, run):
+                before = labels.compute_flipped_share(whole.lobes, order, vertices=vertices)
+                after = labels.compute_flipped_share(whole.lobes, order, found.lobes, vertices)
+                better = (after < before) | (found.norm.max(axis=1) == 0.0)
+                whole.put(vertices[better], found.of(np.flatnonzero(better)))
+                refitted[vertices[better]] = True
+                yield Step(0.97, f"fitting {count_text(len(vertices))} vertices again")
     if settings.lobes > 1 and settings.relaxations:
         changed |= labels.renumber(whole.lobes, order, RENUMBERINGS)
-        changed |= yield from _repair(whole, order, samples_of, settings)
+        changed |= yield from _repair(whole, order, run)
     changed |= refitted
     for index, vertices in enumerate(parts):
         if changed[vertices].any():
@@ -336,30 +455,71 @@ def _relax(
     }
 
 
-def _repair(whole: Fit, order: Flood, samples_of: Sampling, settings: FitSettings) -> Steps[NDArray[np.bool_]]:
+def _run_again(
+    whole: Fit, order: Flood, groups: Sequence[Indices], run: RunPieces, *, repair: bool = False
+) -> Iterator[tuple[Indices, Fit]]:
+    """Fit the vertices of groups of one colour anew beside all their neighbours, or `repair` their views."""
+    left = iter(range(len(groups)))
+
+    def ask() -> Piece | None:
+        number = next(left, None)
+        if number is None:
+            return None
+        around = [order.neighbours(int(vertex)) for vertex in groups[number]]
+        if repair:
+            return _cut(number, groups[number], around, whole, whole.of(groups[number]))
+        return _cut(number, groups[number], [each[: kernel.NEAR] for each in around], whole)
+
+    with closing(run(ask)) as pieces:
+        for number, found in pieces:
+            yield groups[number], found
+
+
+def _repair(whole: Fit, order: Flood, run: RunPieces) -> Steps[NDArray[np.bool_]]:
     """Fit single views that still disagree anew, in place (`flip_repair`); which vertices (V,) have changed."""
-    changed, (neighbours, _) = np.zeros(len(whole.norm), bool), view_neighbours()
-    lobes, orders = whole.lobes, kernel.ORDERS[settings.lobes - 1]
+    changed = np.zeros(len(whole.norm), bool)
     for _ in range(REPAIRS):
-        flipped = np.flatnonzero(labels.compute_flipped_share(lobes, order) > 0.0)
+        flipped = np.flatnonzero(labels.compute_flipped_share(whole.lobes, order) > 0.0)
         before = changed.sum()
-        for start in range(0, len(flipped), BLOCK):
-            vertices = flipped[start : start + BLOCK]
-            samples = samples_of(vertices)
-            for number, vertex in enumerate(vertices):
-                views = samples.start[VIEWS * number : VIEWS * (number + 1) + 1]
-                lit, energy = whole.norm[vertex] > 0.0, whole.energy[vertex].astype(np.float64)
-                near = order.neighbours(int(vertex))
-                repaired = repair_vertex(
-                    int(vertex), views, samples.direction, samples.value, samples.area, lit, energy, near, neighbours,
-                    orders, settings.strengths, lobes.weight, lobes.mean, lobes.sigma, whole.error_rel,
-                    whole.preserving_error_rel,
-                )  # fmt: skip
-                changed[vertex] |= repaired > 0
-            yield Step(0.98, f"fitting single views of {count_text(len(flipped))} vertices again")
+        for same in _apart(flipped, order):
+            for vertices, found in _run_again(whole, order, same, run, repair=True):
+                for new, old in zip(_list_arrays(found.lobes), _list_arrays(whole.lobes), strict=True):
+                    changed[vertices] |= (new != old[vertices]).reshape(len(vertices), -1).any(axis=1)
+                whole.put(vertices, found)
+                yield Step(0.98, f"fitting single views of {count_text(len(flipped))} vertices again")
         if changed.sum() == before:
             break
     return changed
+
+
+def _repair_piece(piece: Piece, own: Fit, samples: TransportSamples, settings: FitSettings) -> Fit:
+    """Fits of a piece with those views fitted anew that disagree."""
+    found, (neighbours, _) = own.of(np.arange(len(own.norm))), view_neighbours()
+    orders = kernel.ORDERS[settings.lobes - 1]
+
+    def work(rows: slice) -> None:
+        for number in range(rows.start, min(rows.stop, len(samples))):
+            views = samples.start[VIEWS * number : VIEWS * (number + 1) + 1]
+            lit, energy = own.norm[number] > 0.0, own.energy[number].astype(np.float64)
+            beside, row = piece.around[number], slice(number, number + 1)
+            weight, mean, sigma = (  # of the vertex itself, and of those around it
+                np.concatenate([one[row], other[beside]])
+                for one, other in zip(_list_arrays(own.lobes), _list_arrays(piece.near), strict=True)
+            )
+            repair_vertex(
+                0, views, samples.direction, samples.value, samples.area, lit, energy, np.arange(1, len(mean)),
+                neighbours, orders, settings.strengths, weight, mean, sigma, found.error_rel[row],
+                found.preserving_error_rel[row],
+            )  # fmt: skip
+            for array, repaired in zip(_list_arrays(found.lobes), (weight, mean, sigma), strict=True):
+                array[number] = repaired[0]
+
+    in_chunks(work, len(samples), 1)
+    return found
+
+
+def _list_arrays(lobes: Lobes) -> tuple[NDArray[np.float32], ...]:
+    return lobes.weight, lobes.mean, lobes.sigma
 
 
 def _dark_beside_lit(whole: Fit, order: Flood) -> NDArray[np.bool_]:
@@ -368,15 +528,20 @@ def _dark_beside_lit(whole: Fit, order: Flood) -> NDArray[np.bool_]:
     return np.array([dark[vertex] and not dark[order.neighbours(vertex)].all() for vertex in range(len(dark))], bool)
 
 
-def _apart(vertices: Indices, order: Flood) -> list[Indices]:
-    """`vertices` in groups of at most `BLOCK` of which no two are neighbours, so that all of one can be worked on."""
+def _apart(vertices: Indices, order: Flood) -> list[list[Indices]]:
+    """`vertices` by colours that differ between neighbours, each in groups of at most `BLOCK`.
+
+    So all of one colour can be worked on at once.
+    """
+    if not len(vertices):
+        return []
     colour: dict[int, int] = {}
     for vertex in vertices:
         taken = {colour.get(int(other)) for other in order.neighbours(int(vertex))}
         colour[int(vertex)] = next(number for number in range(len(taken) + 1) if number not in taken)
     number = np.array([colour[int(vertex)] for vertex in vertices])
     same = [vertices[number == which] for which in range(int(number.max()) + 1)]
-    return [group[start : start + BLOCK] for group in same for start in range(0, len(group), BLOCK)]
+    return [[group[start : start + BLOCK] for start in range(0, len(group), BLOCK)] for group in same]
 
 
 def _health(whole: Fit, figures: dict[str, Any]) -> Health:

@@ -57,7 +57,6 @@ def test_indirect_light_compression_and_variation(lightarc: Command, mesh: Path,
         (("--vary", "beta=0:1:y"), "no parameter"),
         (("--vary", "alpha=0:9:y"), "alpha"),
         (("--terms", "3"), "--mode wavelet"),
-        (("--cluster", "tcp://localhost:1"), "--cluster"),
         (("--order", "1"), "outside"),
     ],
 )

@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,11 +19,15 @@ from engine.core.errors import InputError, MissingCapability
 from engine.core.steps import drain
 from engine.geometry.ground import Ground
 from engine.geometry.shapes import open_mesh
+from engine.light.cube_map import cube_of
+from engine.light.environment_file import open_environment
 from engine.transport.baking import chunks
 from engine.transport.baking.chunks import Chunk, Recipe, Remote, run
+from engine.transport.gaussian import bake as gaussian_bake
 from engine.transport.sh import bake as sh_bake
 from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.bake import BakeSettings, Work, bake, factors_for, prepare
+from tests.engine.transport.gaussian.gaussian_lobes import icosphere
 
 distributed = pytest.importorskip("distributed")
 
@@ -81,6 +86,30 @@ def test_a_cluster_bakes_the_same_harmonics_and_the_light_between_parts(
     drain(sh_bake.bake(here, asked))
     drain(sh_bake.bake(there, asked, cluster=cluster.scheduler_address))
     assert there.read_bytes() == here.read_bytes()
+
+
+@pytest.mark.parametrize("kills", [0, pytest.param(5, marks=pytest.mark.long)])
+def test_a_cluster_bakes_the_same_gaussians_whenever_workers_are_killed(
+    cluster: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, kills: int
+) -> None:
+    """Two lobes, so that neighbours are made to agree; blocks of few vertices; and a record of visibility."""
+    monkeypatch.setattr("engine.transport.gaussian.fitting.fit.BLOCK", 2)
+    here, there = tmp_path / "here.transport", tmp_path / "there.transport"
+    settings = gaussian_bake.BakeSettings(lobes=2, samples=16, edge=8, fine=1, indirect=kills > 0)
+    brdf, studio = brdf_from_text("ggx:kd=0.3,alpha=0.3,f0=0.2"), ("studio", cube_of(open_environment("studio"), 8))
+    mesh, ground = icosphere(2 if kills else 0), Ground(cells=2)
+    work = drain(gaussian_bake.prepare(mesh, brdf, settings, ground, (), studio, probes=2))
+    assert len(work.parts) > 4
+    drain(gaussian_bake.bake(here, work))
+    work, random = replace(work, kept=tmp_path / "seen"), np.random.default_rng(1)
+    due = sorted(random.random(kills).tolist())
+    for step in gaussian_bake.bake(there, work, cluster.scheduler_address):
+        if due and step.done >= due[0]:
+            os.kill(int(random.choice(worker_processes(cluster))), signal.SIGKILL)
+            due.pop(0)
+    assert not due
+    assert there.read_bytes() == here.read_bytes()
+    assert settings.indirect or not gaussian_bake.casts_rays(work), "what the workers saw is kept"
 
 
 def worker_processes(cluster: Any) -> list[int]:

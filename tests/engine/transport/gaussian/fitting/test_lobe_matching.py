@@ -7,7 +7,7 @@ import pytest
 
 from engine.core.steps import drain
 from engine.transport.gaussian.fitting import lobe_matching
-from engine.transport.gaussian.fitting.fit import Fit, FitSettings, TransportSamples, _repair
+from engine.transport.gaussian.fitting.fit import Fit, FitSettings, TransportSamples, _repair, run_here
 from engine.transport.gaussian.fitting.flood_fill import flood
 from engine.transport.gaussian.fitting.lobes import Lobes, gaussian
 from engine.transport.gaussian.fitting.views import VIEWS, view_directions
@@ -95,7 +95,7 @@ def test_a_single_view_in_another_arrangement_is_fitted_anew() -> None:
         ]
         return gather([(direction, each, area) for each in value])
 
-    changed = drain(_repair(whole, order, sample, FitSettings(lobes=2)))
+    changed = drain(_repair(whole, order, lambda ask: run_here(sample, FitSettings(lobes=2), ask)))
     assert np.flatnonzero(changed).tolist() == [7]
     assert set(asked) <= {7, *order.neighbours(7).tolist()}, "no other vertex is looked at"
     assert lobe_matching.flips(whole.lobes, order).vertices == lobe_matching.flips(whole.lobes, order).views == 0
