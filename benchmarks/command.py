@@ -156,6 +156,7 @@ LARGE = (
     "batch",
     "project",
     "large-memory",
+    "cluster-memory",
     "large-models",
     "busy-models",
 )
@@ -194,6 +195,7 @@ ACCURACIES = {
     "project": "benchmarks.app.project:project",
     "project-size": "benchmarks.app.project_size:project_size",
     "large-memory": "benchmarks.app.large_memory:large_memory",
+    "cluster-memory": "benchmarks.transport.cluster:cluster_memory",
     "large-models": "benchmarks.app.large_models:large_models",
     "busy-models": "benchmarks.app.large_models:busy_models",
 }
@@ -210,6 +212,7 @@ OPTIONS = {
     "batch": ("runs", "seed"),
     "busy-models": ("runs",),
     "large-memory": ("megapixels", "photographs"),
+    "cluster-memory": ("vertices",),
     "surface-sigma": ("scenes", "seed"),
     "fall-off": ("scenes", "seed"),
     "relighting": ("scenes", "seed", "data"),
@@ -272,6 +275,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--megapixels", type=float, nargs="+", metavar="M", help="sizes of photographs for large-memory (6 24 48)"
+    )
+    parser.add_argument(
+        "--vertices",
+        type=int,
+        nargs="+",
+        metavar="N",
+        help="vertices of the models of cluster-memory (5000 10000 20000)",
     )
     parser.add_argument(
         "--photographs", type=int, metavar="N", help="photographs of large-memory; more than 10 are of a dome (10)"

@@ -177,7 +177,8 @@ def _results(
                 under_way.remove(future)
                 yield future.result()
     finally:
-        client.cancel([*under_way], force=True)
+        if under_way:
+            client.cancel([*under_way], force=True)
 
 
 def _finish(distributed: Any, client: Any, under_way: set[Any]) -> set[Any]:

@@ -578,7 +578,8 @@ def figures_of(work: Work, fits: Sequence[Fit]) -> dict[str, float]:
     for component, weights, fitted in zip(work.settings.components, work.weights, fits, strict=True):
         lit = fitted.norm > 0.0
         error = (fitted.error_rel if weights == "plain" else fitted.preserving_error_rel)[lit]
-        energy, kept = float(fitted.energy.sum(dtype=np.float64)), float(fitted.lobes.energy().sum())
+        energy = float(fitted.energy.sum(dtype=np.float64))
+        kept = sum(float(each.sum()) for _, each in fitted.energies())
         figures |= {
             f"{component}_error_rel_mean": float(error.mean()) if error.size else 0.0,
             f"{component}_error_rel_worst": float(np.percentile(error, WORST)) if error.size else 0.0,

@@ -25,7 +25,8 @@ A plain least-squares fit of one lobe loses a tenth to a quarter of the energy; 
 larger distance. Which of them is nearer in radiance depends on the light, so whoever knows the light chooses.
 
 Bound by exponentials: about 0.3 ms of a core for a vertex, view and lobe with 350 samples (`python -m benchmarks --only
-gaussian-fit-speed`). Memory: the samples of one block, and 28 bytes for each vertex, view and lobe.
+gaussian-fit-speed`). Memory: the samples of one block, and 52
+bytes for each vertex and view (28 of them for each lobe), in unnamed files where that is much.
 """
 
 from __future__ import annotations
@@ -48,6 +49,7 @@ from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
 from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import in_chunks
+from engine.storage.scratch import scratch_array
 from engine.transport.gaussian.fitting import lobe_matching as labels
 from engine.transport.gaussian.fitting import vertex_kernel as kernel
 from engine.transport.gaussian.fitting.flip_repair import repair_vertex
@@ -60,8 +62,8 @@ Indices = NDArray[np.int64]
 #: Lobes that a vertex and view may have.
 MAX_LOBES = 3
 
-#: Vertices of a block, at most.
-BLOCK = 32
+#: Vertices of a block, at most, and of those that are worked on at once where it is little work.
+BLOCK, ROWS = 32, 4096
 
 #: Share of its pairs that are flipped from which on a vertex is fitted again.
 OFTEN = 0.05
@@ -173,12 +175,14 @@ class Fit:
 
     @staticmethod
     def empty(vertices: int, lobes: int) -> Fit:
-        """Room for so many vertices."""
+        """Room for so many vertices; arrays that are too large for memory lie in files."""
         shape = (vertices, VIEWS)
         three, one = (*shape, lobes, 3), (*shape, lobes)
-        own = Lobes(np.zeros(three, np.float32), np.zeros(three, np.float32), np.ones(one, np.float32))
-        norm, error, other = (np.zeros(shape, np.float32) for _ in range(3))
-        return Fit(own, np.zeros((*shape, 3), np.float32), norm, error, other, np.zeros(vertices, np.float32))
+        weight, mean, sigma, energy, norm, error, other = (
+            scratch_array(each, np.float32) for each in (three, three, one, (*shape, 3), shape, shape, shape)
+        )
+        sigma[...] = 1.0
+        return Fit(Lobes(weight, mean, sigma), energy, norm, error, other, np.zeros(vertices, np.float32))
 
     def arrays(self) -> tuple[NDArray[np.float32], ...]:
         """All arrays, vertex by vertex along the first axis."""
@@ -200,10 +204,18 @@ class Fit:
 
     def preserving(self) -> Lobes:
         """The same lobes with weights scaled, for each view and colour, to the energy of the transport."""
-        obtained = self.lobes.energy()
-        factor = np.where(obtained > 0.0, self.energy, 1.0) / np.where(obtained > 0.0, obtained, 1.0)
-        weight = (self.lobes.weight * factor[:, :, None]).astype(np.float32)
-        return Lobes(weight, self.lobes.mean, self.lobes.sigma)
+        lobes = self.lobes
+        weight = scratch_array(lobes.weight.shape, np.float32)
+        for rows, obtained in self.energies():
+            factor = np.where(obtained > 0.0, self.energy[rows], 1.0) / np.where(obtained > 0.0, obtained, 1.0)
+            weight[rows] = lobes.weight[rows] * factor[:, :, None]
+        return Lobes(weight, lobes.mean, lobes.sigma)
+
+    def energies(self) -> Iterator[tuple[slice, NDArray[np.float64]]]:
+        """Some rows after the other with the energies (rows, 92, 3) of their lobes, which are large."""
+        for start in range(0, len(self.norm), ROWS):
+            rows = slice(start, start + ROWS)
+            yield rows, Lobes(*(array[rows] for array in _list_arrays(self.lobes))).energy()
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,8 +56,10 @@ def compute_flipped_share(
 
     With `own` (B, 92, L), of vertices of which no two are neighbours, as if they had these lobes.
     """
-    some = np.arange(len(lobes)) if vertices is None else vertices
-    counts = _counts(_make(lobes, some) if own is None else own, lobes, some, order)
+    if vertices is None:
+        counts = _counts(lobes, lobes, np.arange(len(lobes)), order)
+    else:
+        counts = _counts(_make(lobes, vertices) if own is None else own, lobes, vertices, order)
     return counts[:, [0, 2]].sum(axis=1) / np.maximum(counts[:, [1, 3]].sum(axis=1), 1)
 
 

@@ -1,0 +1,127 @@
+"""Memory of Gaussian bakes on a cluster, by its growth with the vertices of the model.
+
+A relief of each size is baked by `lightarc bake --mode gaussian --cluster` on a cluster of one worker on this machine,
+each a process of its own, whose memory is sampled ten times a second (`large_memory.memory_of`), that of mapped files
+apart. Arrays that large bakes keep in unnamed files are kept there from the first byte. Directions are few, because
+their number adds nothing that grows with the model; the cube map is that of a bake by default.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import trimesh
+
+from benchmarks.app.large_memory import memory_of
+from benchmarks.measure import Accuracy
+from engine.core.errors import InputError, MissingCapability
+from engine.core.steps import Step, Steps
+
+#: Vertices of the models without `--vertices` and of the largest one, and the memory that a worker may take for that.
+VERTICES, LARGEST, LIMIT_BYTES = (5_000, 10_000, 20_000), 2_000_000, 8 * 2**30
+
+#: Options of the bakes.
+WORDS = ("--mode", "gaussian", "--brdf", "ggx:kd=0.3,alpha=0.3,f0=0.2", "--samples", "32", "--fine", "1", "--no-check")
+
+#: The command line, with no array too small for a file.
+_COMMAND = "import sys, engine.storage.scratch as s; s.IN_MEMORY_BYTES = 0; from app.__main__ import main; main()"
+
+_INTERVAL_S = 0.1
+
+
+class Peak(NamedTuple):
+    """The most memory at any moment: of the worker, and of `lightarc bake`, without the pages of mapped files; and of
+    these."""
+
+    worker_bytes: int
+    client_bytes: int
+    client_file_bytes: int
+    time_s: float
+
+
+def cluster_memory(folder: Path, vertices: Sequence[int] = VERTICES) -> Steps[list[Accuracy]]:
+    """Peaks of the worker and of the process that writes, and what both come to at `LARGEST` vertices, in GiB.
+
+    The line through the peaks is taken to go on: nothing of a bake grows faster than the vertices.
+    """
+    try:
+        import distributed
+    except ImportError:
+        raise MissingCapability("A cluster needs the library distributed", "pip install distributed") from None
+    if not Path("/proc/self/smaps_rollup").exists():
+        raise MissingCapability("This system does not tell the memory of a process by kind", "Measure on Linux")
+    peaks = list[Peak]()
+    for index, count in enumerate(sizes := sorted(vertices)):
+        model = folder / f"relief-{count}.ply"
+        sizes[index] = make_relief(model, count)
+        with distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+        ) as cluster:
+            words = ["bake", str(model), *WORDS, "--cluster", cluster.scheduler_address]
+            peaks.append((yield from _watch(words, folder, cluster, index / len(sizes), f"{count:,} vertices")))
+    return [_find(who, sizes, peaks) for who in ("worker", "client")]
+
+
+def make_relief(path: Path, count: int) -> int:
+    """Write waves of about `count` vertices, which shade each other; the number of vertices."""
+    side = round(count**0.5)
+    x, y = np.meshgrid(np.linspace(-1.0, 1.0, side), np.linspace(-1.0, 1.0, side))
+    z = 0.1 * np.sin(12.0 * x) * np.cos(9.0 * y)
+    corner = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).reshape(-1)
+    faces = np.concatenate(
+        [np.stack([corner, corner + 1, corner + side + 1], 1), np.stack([corner, corner + side + 1, corner + side], 1)]
+    )
+    points = np.stack([x, y, z], -1).reshape(-1, 3)
+    trimesh.Trimesh(points, faces, process=False).export(path)
+    return side * side
+
+
+def _watch(words: Sequence[str], folder: Path, cluster: Any, done: float, note: str) -> Steps[Peak]:
+    """Run a bake and look at its memory, and at that of the worker."""
+    start, worker, most, files = time.monotonic(), 0, 0, 0
+    command = [sys.executable, "-c", _COMMAND, *words, "-o", str(folder / "baked.transport")]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    with subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=environment
+    ) as process:
+        try:
+            while process.poll() is None:
+                everything, mapped = memory_of(process.pid)
+                most, files = max(most, everything - mapped), max(files, mapped)
+                for each in cluster.workers.values():
+                    everything, mapped = memory_of(each.process.pid) if each.process is not None else (0, 0)
+                    worker = max(worker, everything - mapped)
+                yield Step(done, note)
+                time.sleep(_INTERVAL_S)
+        finally:
+            process.kill()
+        message = process.stderr.read() if process.stderr else ""
+    if process.returncode:
+        raise InputError(words[1], f"could not be measured: {message.strip()[-300:]}", "Make room, or measure less")
+    return Peak(worker, most, files, time.monotonic() - start)
+
+
+def _find(who: str, sizes: Sequence[int], peaks: Sequence[Peak]) -> Accuracy:
+    found = [getattr(peak, f"{who}_bytes") for peak in peaks]
+    slope, base = np.polyfit(sizes, found, 1) if len(sizes) > 1 else (0.0, float(found[0]))
+    table = "; ".join(
+        f"{size:,} vertices: {each / 2**30:.3f} GiB, {peak.time_s:.0f} s"
+        for size, each, peak in zip(sizes, found, peaks, strict=True)
+    )
+    words = {"worker": "a worker", "client": "the process that writes, without mapped files,"}
+    what = f"GiB of {words[who]} at {LARGEST:,} vertices by a line of {slope:,.0f} bytes a vertex; {table}"
+    more = {
+        "vertices": list(sizes),
+        "peak_bytes": found,
+        "time_s": [peak.time_s for peak in peaks],
+        "slope_bytes_per_vertex": float(slope),
+        **({"mapped_file_bytes": [peak.client_file_bytes for peak in peaks]} if who == "client" else {}),
+    }
+    return Accuracy(f"cluster-memory-{who}", float(base + slope * LARGEST) / 2**30, what, LIMIT_BYTES / 2**30, more)
