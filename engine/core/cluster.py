@@ -9,10 +9,13 @@ Dask (`distributed.comm.tls`).
 from __future__ import annotations
 
 import ipaddress
+import os
 import re
 import time
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from typing import Any
 
 from engine.core.errors import InputError, MissingCapability, UsageError
@@ -20,7 +23,21 @@ from engine.core.errors import InputError, MissingCapability, UsageError
 #: Seconds to wait for a scheduler, and for a worker where there is none (any more).
 PATIENCE_S = 20.0
 
+#: Bytes that tell how fast a connection is, and how often they are sent.
+PROBE_BYTES, PROBES = 4 << 20, 3
+
+#: Bytes in a second of a connection that nobody has measured, most of a gigabit, and seconds until the first arrives.
+ASSUMED_BYTES_PER_S, ASSUMED_LATENCY_S = 1e8, 1e-3
+
 _ADDRESS = re.compile(r"(tcp|tls|ws|wss)://(\[[0-9a-fA-F:.]{1,45}+\]|[^\s:/@]{1,253}+):\d{1,5}/?")
+
+
+@dataclass(frozen=True)
+class Link:
+    """A connection between this machine and all workers: bytes in a second, and seconds until the first arrives."""
+
+    bytes_per_s: float = ASSUMED_BYTES_PER_S
+    latency_s: float = ASSUMED_LATENCY_S
 
 
 def check_cluster(address: str, *, allow_plain: bool = False) -> str:
@@ -81,3 +98,42 @@ def count_threads(client: Any, address: str) -> int:
             raise InputError(address, "the cluster has no workers", f"Start some with: dask worker {address}")
         time.sleep(0.1)
     return sum(found.values())
+
+
+def measure_cluster(address: str) -> tuple[list[float], Link]:
+    """The threads that each worker computes on, and the connection to them; what `connect` raises.
+
+    Workers on one machine share its threads. Sends some megabytes to and fro.
+    """
+    with connect(address, "Planning") as client:
+        count_threads(client, address)
+        hosts = list(client.run(_host()).values())
+        together = Counter(name for name, _ in hosts)
+        latency_s = min(_time_s(lambda: client.submit(len, b"", pure=False).result()) for _ in range(2 * PROBES))
+        taken_s = min(_time_s(lambda: _echo(client)) for _ in range(PROBES))
+    threads = [count / together[name] for name, count in hosts]
+    return threads, Link(2.0 * PROBE_BYTES / max(taken_s - latency_s, 1e-6), 0.5 * latency_s)
+
+
+def _host() -> Callable[[], tuple[str, int]]:
+    """Function sent to workers: the name of a worker's machine, and the threads that it computes on."""
+
+    def host() -> tuple[str, int]:
+        import platform
+
+        from engine.core.budget import thread_count
+
+        return platform.node(), thread_count()
+
+    return host
+
+
+def _echo(client: Any) -> bytes:
+    result: bytes = client.submit(bytes, os.urandom(PROBE_BYTES), pure=False).result()
+    return result
+
+
+def _time_s(work: Callable[[], object]) -> float:
+    started = time.perf_counter()
+    work()
+    return time.perf_counter() - started

@@ -210,8 +210,11 @@ class CostModel:
 
     def rays_s(self, edge: int, load: Load) -> float:
         """Seconds of visibility over a cube map of all vertices, and of preparing them."""
-        seen = self.rate("visibility", edge) * load.map_scale * load.occluded
-        return load.vertices * (seen + self.rate("receivers"))
+        return self.visibility_s(edge, load) + load.vertices * self.rate("receivers")
+
+    def visibility_s(self, edge: int, load: Load) -> float:
+        """Seconds of visibility over a cube map of all vertices, once they are prepared."""
+        return load.vertices * self.rate("visibility", edge) * load.map_scale * load.occluded
 
     def _reference(self, setting: Setting, load: Load) -> Cost:
         """Paths that miss, paths that meet the model, and the points that these meet afterwards."""

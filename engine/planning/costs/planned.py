@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from engine.geometry.mesh import Mesh
     from engine.planning.costs.cost_model import Cost, CostModel
     from engine.planning.costs.load import Load
+    from engine.planning.costs.spread import Stage
     from engine.transport.relight import RelightTransport
 
 
@@ -40,6 +41,9 @@ class Planning(Protocol):
 
     def cost(self, model: CostModel, setting: Setting, load: Load) -> Cost:
         """Cost of a setting, as a `cost_model.Cost`, by the rates of a `cost_model.CostModel`."""
+
+    def stages(self, model: CostModel, setting: Setting, load: Load, mesh: Mesh) -> tuple[Stage, ...]:
+        """Parts of the bake of `mesh` that workers of a cluster do; the rest of its cost is done here."""
 
     def error(self, errors: Any, setting: Setting) -> float:
         """The relative error of a setting, from the `mode_error.ModeErrors` of a scene."""

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.core.steps import Steps
 from engine.geometry.mesh import Mesh
@@ -13,21 +14,26 @@ from engine.light.environment import EnvironmentMap
 from engine.planning.costs.cost_model import Cost, CostModel, Load
 from engine.planning.costs.planned import PlannedBake
 from engine.planning.costs.setting import Setting
-from engine.planning.costs.sizes import DIFFUSE_ORDER, gaussians
+from engine.planning.costs.sizes import DIFFUSE_ORDER, LOBE_BYTES, gaussians
+from engine.planning.costs.spread import Stage
 from engine.planning.effects.lobe_error import lobe_error
 from engine.planning.effects.mode_error import FLOOR, ModeErrors
 from engine.scene.mode import Spread
 from engine.transport import gaussian_method
 from engine.transport.baking.diffuse_specular import parts
 from engine.transport.baking.settings import BOUNCES, GaussianSettings
-from engine.transport.baking.visibility import every_ray
+from engine.transport.baking.visibility import TEXELS, every_ray
 from engine.transport.gaussian import bake as gaussian_bake
+from engine.transport.gaussian.diffuse import CHUNK
+from engine.transport.gaussian.fitting.fit import blocks, list_touching
+from engine.transport.gaussian.fitting.flood_fill import flood
 from engine.transport.gaussian.fitting.lobes import Lobes
 from engine.transport.gaussian.fitting.views import VIEWS
 from engine.transport.gaussian.transfer import GaussianTransport
 from engine.transport.method import Subject, method_of
 from engine.transport.relight import RelightGaussians, relight_gaussians
 from engine.transport.sh.transfer import is_diffuse
+from engine.transport.wavelet.haar import FACES
 
 if TYPE_CHECKING:
     from engine.planning.effects.estimates import Scenery
@@ -38,6 +44,9 @@ SPREAD = Spread(by_camera=(0.3, 5.2), around=(0.02, 1.0))
 #: Effects without which the BRDF is no longer that of a model, which alone is cut into lobes.
 _PARTS = {"glossy", "anisotropy", "fresnel", "retro-reflection"}
 
+
+#: Bytes of the visibility of a vertex, packed.
+SEEN_BYTES = 500.0
 
 #: Time of drawing the samples of a vertex from a BRDF over that of taking them from its table.
 DRAWN = 7.2
@@ -71,6 +80,35 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
         method_of(setting.mode).estimate_file_bytes(sizes.file),
         bake_s if bounces else bake_s - rays_s,
     )
+
+
+def stages(model: CostModel, setting: Setting, load: Load, mesh: Mesh) -> tuple[Stage, ...]:
+    """Visibility, fits in the order of the flood, and the diffuse part; all bounces but the last are followed here."""
+    lobes, bounces = setting["lobes"], bool(setting["interreflection"])
+    drawn_s = DRAWN * model.rate("gaussian-table")
+    fit_s, samples_s = model.rate("gaussian-fit", lobes), model.rate("gaussian-table") if load.isotropic else drawn_s
+    order = flood(mesh, load.model)
+    parts = blocks(order)
+    sizes, pairs = np.array([len(part) for part in parts]), list_touching(order, parts)
+    starts, fitted = LOBE_BYTES * lobes * VIEWS, 4 * VIEWS * (7 * lobes + 6)
+    fits = [Stage(load.model * (samples_s + fit_s), sizes, SEEN_BYTES + starts, fitted, *pairs)]
+    rows_s, channels = load.vertices * model.vector_s(DIFFUSE_ORDER), 3 if bounces else 1
+    if bounces:
+        shaded, fitted_s = load.model * load.occluded, fit_s * model.rate("gaussian-indirect-fit")
+        indirect_s = shaded * (drawn_s + fitted_s) + load.model * load.closed * model.rate("gaussian-indirect")
+        fits.append(Stage(indirect_s, sizes, starts, fitted, *pairs))
+        rows_s += load.vertices * model.bounce_s("vector", DIFFUSE_ORDER, load)
+    seen = _split(load.vertices, max(1, TEXELS // (FACES * gaussian_bake.EDGE**2)))
+    return (
+        Stage(model.visibility_s(gaussian_bake.EDGE, load), seen, 8.0, SEEN_BYTES),
+        *fits,
+        Stage(rows_s, _split(load.vertices, CHUNK), SEEN_BYTES, 4.0 * channels * DIFFUSE_ORDER**2),
+    )
+
+
+def _split(vertices: int, size: int) -> NDArray[np.int64]:
+    """Sizes of pieces of `size` at most."""
+    return np.diff(np.append(np.arange(0, vertices, size), vertices))
 
 
 def error(errors: ModeErrors, setting: Setting) -> float:

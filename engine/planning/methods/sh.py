@@ -15,6 +15,7 @@ from engine.planning.costs.cost_model import Cost, CostModel, Load, basis_values
 from engine.planning.costs.planned import PlannedBake
 from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import channels, spherical_harmonics
+from engine.planning.costs.spread import Stage
 from engine.planning.effects.mode_error import FLOOR, ModeErrors, between, together
 from engine.scene.mode import Spread
 from engine.transport.baking.parts import kinds_of
@@ -62,6 +63,20 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
     return Cost(
         bake_s, relight_s, frame_s, sizes.memory, method_of(setting.mode).estimate_file_bytes(sizes.file), another_s
     )
+
+
+def stages(model: CostModel, setting: Setting, load: Load, _mesh: Mesh) -> tuple[Stage, ...]:
+    """Chunks of rows with their visibility, and with the last bounce; those before it are followed here."""
+    order, edge = setting["order"], default_edge(setting["order"])
+    matrices = 0 if load.diffuse else load.model
+    seconds = model.visibility_s(edge, load) + matrices * _matrix_s(model, order)
+    seconds += (load.vertices - matrices) * model.vector_s(order)
+    if setting["interreflection"]:
+        seconds += matrices * model.bounce_s("matrix", order, load)
+        seconds += (load.vertices - matrices) * model.bounce_s("vector", order, load)
+    bounds = sh_bake.vertex_bounds(load.vertices, load.model, sh_bake.BakeSettings(order, edge))
+    rows = matrices * order**2 + load.vertices - matrices
+    return (Stage(seconds, np.diff(bounds), 0.0, 4.0 * order**2 * channels(setting, load) * rows / load.vertices),)
 
 
 def _matrix_s(model: CostModel, order: int) -> float:

@@ -15,6 +15,7 @@ from engine.planning.costs.cost_model import Cost, CostModel, Load
 from engine.planning.costs.planned import PlannedBake
 from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import wavelets
+from engine.planning.costs.spread import Stage
 from engine.planning.effects.mode_error import ModeErrors, can_be_factored, wavelet_error
 from engine.scene.mode import Spread
 from engine.transport import wavelet_method
@@ -75,6 +76,16 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
         method_of(setting.mode).estimate_file_bytes(sizes.file),
         bake_s - rays_s,
     )
+
+
+def stages(model: CostModel, setting: Setting, load: Load, _mesh: Mesh) -> tuple[Stage, ...]:
+    """Chunks of vectors with their visibility; bounces are followed here."""
+    edge, rows = setting["cube"], load.model * setting["terms"] + load.ground
+    kept = min(setting["coefficients"], FACES * edge * edge)
+    cutting = model.rate("wavelet-coefficients", kept) / model.rate("wavelet-coefficients", 96)
+    seconds = model.visibility_s(edge, load) + rows * model.rate("wavelet-row", edge) * cutting
+    sizes = np.diff(wavelet_bake.vertex_bounds(load.vertices, load.model, edge))
+    return (Stage(seconds, sizes, 0.0, (6.0 * kept + 14.0) * rows / load.vertices),)
 
 
 def error(errors: ModeErrors, setting: Setting) -> float:

@@ -95,7 +95,7 @@ def each_of(run_tasks: Run, tasks: Iterable[Any]) -> Generator[Any, None, None]:
 
 @contextmanager
 def open_workers(by: Callable[[Any], Any] | Remote) -> Iterator[Run]:
-    """What does tasks within the block: a function here, or the workers of a cluster, which get the recipe once.
+    """Run tasks within the block: by a function here, or by the workers of a cluster, which get the recipe once.
 
     A result is known to whoever iterates before the next task is asked for, so a task may depend on results. Raises
     what `run` does.

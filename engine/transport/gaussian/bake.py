@@ -374,7 +374,7 @@ class Baker:
 
 
 def maker(recipe: Recipe) -> Baker:
-    """What does the tasks of a bake, from its recipe (`recipe_of`)."""
+    """Baker of the tasks of a bake, from its recipe (`recipe_of`)."""
     health = Health(MappingProxyType({"texture_coordinates_made": recipe["texture_coordinates_made"]}))
     arrays = {name: recipe[name] for name in ("positions", "normals", "uv", "faces", "brushing")}
     mesh = Mesh(**arrays, name="", health=health)
@@ -412,7 +412,7 @@ def recipe_of(work: Work, sent: NDArray[np.float32] | None = None) -> Recipe:
 
 
 def _open(work: Work, cluster: str | None, sent: NDArray[np.float32] | None = None) -> AbstractContextManager[Run]:
-    """What does the tasks of `work`: this process, or the workers of a `cluster`."""
+    """Run the tasks of `work`: in this process, or by the workers of a `cluster`."""
     return open_workers(
         Baker(work.model, work.settings, sent) if cluster is None else Remote(cluster, maker, recipe_of(work, sent))
     )

@@ -334,6 +334,18 @@ def fit_pieces(
     return replace(whole, health=_health(whole, figures))
 
 
+def list_touching(order: Flood, parts: Sequence[Indices]) -> tuple[Indices, Indices]:
+    """Pairs (P,) of blocks that touch, of which the second is in the next front and starts from the first."""
+    count, block_of = len(parts), np.empty(len(order.front_of), np.int64)
+    for number, part in enumerate(parts):
+        block_of[part] = number
+    vertex = np.repeat(np.arange(len(block_of)), np.diff(order.start))
+    earlier = order.front_of[order.neighbour] < order.front_of[vertex]
+    pairs = np.unique(block_of[order.neighbour[earlier]] * count + block_of[vertex[earlier]])
+    before, after = np.divmod(pairs, max(count, 1))
+    return before, after
+
+
 class _Waits:
     """Blocks that can be begun, `ready`, as those of the front before that they touch are done.
 
@@ -342,14 +354,7 @@ class _Waits:
 
     def __init__(self, order: Flood, parts: Sequence[Indices], done: NDArray[np.bool_]) -> None:
         count = len(parts)
-        block_of = np.empty(len(order.front_of), np.int64)
-        block_of[np.concatenate([np.zeros(0, np.int64), *parts])] = np.repeat(
-            np.arange(count), [len(part) for part in parts]
-        )
-        vertex = np.repeat(np.arange(len(block_of)), np.diff(order.start))
-        earlier = order.front_of[order.neighbour] < order.front_of[vertex]
-        pairs = np.unique(block_of[order.neighbour[earlier]] * count + block_of[vertex[earlier]])
-        before, after = np.divmod(pairs, count)
+        before, after = list_touching(order, parts)
         left = ~done[before] & ~done[after]
         self._after, self._waiting = after[left], np.bincount(after[left], minlength=count)
         self._start = np.concatenate([[0], np.cumsum(np.bincount(before[left], minlength=count))])
