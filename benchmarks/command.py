@@ -195,7 +195,7 @@ ACCURACIES = {
     "project": "benchmarks.app.project:project",
     "project-size": "benchmarks.app.project_size:project_size",
     "large-memory": "benchmarks.app.large_memory:large_memory",
-    "cluster-memory": "benchmarks.transport.cluster:cluster_memory",
+    "cluster-memory": "benchmarks.app.cluster:cluster_memory",
     "large-models": "benchmarks.app.large_models:large_models",
     "busy-models": "benchmarks.app.large_models:busy_models",
 }

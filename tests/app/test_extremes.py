@@ -116,6 +116,7 @@ TEXTS = {
         *("eye={},0,0", "eye=0,{},3", "eye=0,0,4 target={},0,0", "eye=0,0,4 up={},1,0", "fov_deg={}"),
         "eye={},{},{}",
     ),
+    "--cluster": ("{}",),
     "--lamp": tuple(f"{parameter.name}={{}}" for parameter in params.parameters(LampSettings)),
     "--near-lamp": tuple(f"z=2,{parameter.name}={{}}" for parameter in params.parameters(NearLampSettings)),
     "--until-idle": ("{}", "{}min"),

@@ -15,7 +15,7 @@ from app.arguments.results import Input
 from app.cli.brdf import BRDF_HELP
 from app.cli.doubts import doubts_of_scene
 from app.cli.transport import options as vary
-from app.cli.transport import project_input, scene_options
+from app.cli.transport import plan_cluster, project_input, scene_options
 from app.session import machine_profile
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, percent_range, size_text, time_text
@@ -66,6 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help=f"number of images drawn with one bake; 1: a single image ({FRAMES})",
     )
+    plan_cluster.add_arguments(parser.add_argument_group("bakes on a cluster"))
 
 
 def add_budget(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
@@ -102,6 +103,7 @@ def add_budget(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> Non
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     scene_options.take_own_material(arguments)
     _check(arguments)
+    plan_cluster.check(arguments)
     scene = scene_options.scene_of(arguments, "a plan")
     mesh, brdf, environment = scene.mesh, scene.brdf, scene.environment
     options = {
@@ -121,6 +123,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "error": arguments.error if arguments.time_ms is None else None,
         "time_ms": arguments.time_ms,
         **record(found),
+        **plan_cluster.record(arguments, scene, found, show),
         "warnings": doubts_of_scene(scene),
     }
 
@@ -223,7 +226,14 @@ def report(result: dict[str, Any]) -> str:
         f"(times within a factor of {number(result['times_within_factor'])})",
     ]
     return "\n".join(
-        [*lines, *_ceilings(result), *_list_exclusions(result), *_alternatives(result), *_shortfall(result)]
+        [
+            *lines,
+            *_ceilings(result),
+            *_list_exclusions(result),
+            *_alternatives(result),
+            *_shortfall(result),
+            *plan_cluster.lines(result),
+        ]
     )
 
 

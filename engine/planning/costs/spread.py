@@ -21,7 +21,7 @@ import math
 import random
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,9 @@ VARIES = 0.25
 
 #: Seconds of the scheduler for a task, and until a worker has loaded its kernels and the model.
 SERVICE_S, READY_S = 4e-3, 2.0
+
+#: Bytes of a model for each vertex, two triangles for each: positions, frames, and what rays and their origins take.
+MODEL_BYTES = 240.0
 
 #: Schedules whose mean is told.
 ROUNDS = 5
@@ -57,6 +60,10 @@ class Stage:
     back_bytes: float
     before: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     after: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+
+    def scale(self, factor: float) -> Stage:
+        """The same with so many times the seconds."""
+        return replace(self, seconds=factor * self.seconds)
 
     @property
     def bytes(self) -> float:

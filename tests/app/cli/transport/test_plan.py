@@ -84,10 +84,12 @@ def test_a_plan_is_a_record_of_all_effects(mesh: str, capsys: pytest.CaptureFixt
 
 
 def test_a_plan_is_reported_to_users(mesh: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["plan", mesh, *LOOK, "--time-ms", "0.000001ms"]) == 0
+    assert main(["plan", mesh, *LOOK, "--time-ms", "0.000001ms", "--cluster", "4", "--bandwidth-mb", "50"]) == 0
     shown = capsys.readouterr().out
     assert all(name in shown for name in EFFECTS)
     assert "No mode draws a frame in 1e-6 ms" in shown
+    assert "On 4 workers like this machine, over a link of 50 MB a second" in shown
+    assert all(f"\n    {workers} workers: " in shown for workers in (2, 4, 8))
 
 
 def test_a_reference_that_nobody_waits_for_is_named_and_not_chosen(
@@ -133,6 +135,9 @@ def test_ceilings_are_told_and_raised_by_flags(mesh: str, capsys: pytest.Capture
         ["--force", "shine"],
         ["--force", "glossy", "--skip", "glossy"],
         ["--width", "0"],
+        ["--cluster", "0"],
+        ["--cluster", "tcp://192.168.0.10:8786"],
+        ["--bandwidth-mb", "100"],
     ],
 )
 def test_what_is_no_plan_is_wrong_usage(mesh: str, words: list[str], capsys: pytest.CaptureFixture[str]) -> None:

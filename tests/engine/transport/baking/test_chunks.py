@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
+from engine.core.budget import thread_count
+from engine.core.cluster import measure_cluster
 from engine.core.errors import InputError, MissingCapability
 from engine.core.steps import drain
 from engine.geometry.ground import Ground
@@ -112,6 +114,13 @@ def test_a_cluster_bakes_the_same_gaussians_whenever_workers_are_killed(
     assert not due
     assert there.read_bytes() == here.read_bytes()
     assert settings.indirect or not gaussian_bake.casts_rays(work), "what the workers saw is kept"
+
+
+def test_threads_of_a_machine_are_shared_by_its_workers_and_the_connection_is_measured(cluster: Any) -> None:
+    threads, link = measure_cluster(cluster.scheduler_address)
+    assert threads == [0.5 * thread_count()] * 2
+    assert link.bytes_per_s > 0.0
+    assert link.latency_s > 0.0
 
 
 def worker_processes(cluster: Any) -> list[int]:

@@ -8,6 +8,7 @@ their number adds nothing that grows with the model; the cube map is that of a b
 
 from __future__ import annotations
 
+import logging
 import os
 import subprocess
 import sys
@@ -57,6 +58,7 @@ def cluster_memory(folder: Path, vertices: Sequence[int] = VERTICES) -> Steps[li
         raise MissingCapability("A cluster needs the library distributed", "pip install distributed") from None
     if not Path("/proc/self/smaps_rollup").exists():
         raise MissingCapability("This system does not tell the memory of a process by kind", "Measure on Linux")
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
     peaks = list[Peak]()
     for index, count in enumerate(sizes := sorted(vertices)):
         model = folder / f"relief-{count}.ply"
