@@ -157,6 +157,7 @@ LARGE = (
     "project",
     "large-memory",
     "cluster-memory",
+    "cluster-price",
     "large-models",
     "busy-models",
 )
@@ -196,6 +197,7 @@ ACCURACIES = {
     "project-size": "benchmarks.app.project_size:project_size",
     "large-memory": "benchmarks.app.large_memory:large_memory",
     "cluster-memory": "benchmarks.app.cluster:cluster_memory",
+    "cluster-price": "benchmarks.app.cluster:cluster_price",
     "large-models": "benchmarks.app.large_models:large_models",
     "busy-models": "benchmarks.app.large_models:busy_models",
 }
@@ -213,6 +215,7 @@ OPTIONS = {
     "busy-models": ("runs",),
     "large-memory": ("megapixels", "photographs"),
     "cluster-memory": ("vertices",),
+    "cluster-price": ("vertices",),
     "surface-sigma": ("scenes", "seed"),
     "fall-off": ("scenes", "seed"),
     "relighting": ("scenes", "seed", "data"),
@@ -281,7 +284,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=int,
         nargs="+",
         metavar="N",
-        help="vertices of the models of cluster-memory (5000 10000 20000)",
+        help="vertices of the models of cluster-memory (5000 10000 20000) and cluster-price (5000)",
     )
     parser.add_argument(
         "--photographs", type=int, metavar="N", help="photographs of large-memory; more than 10 are of a dome (10)"

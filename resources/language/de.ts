@@ -9083,6 +9083,10 @@ MIT-Lizenz.</translation>
    <translation>Welche starten mit: dask worker %1</translation>
   </message>
   <message>
+   <source>Planning</source>
+   <translation>Planung</translation>
+  </message>
+  <message>
    <source>linear Rec.709</source>
    <translation>lineares Rec.709</translation>
   </message>
