@@ -49,11 +49,9 @@ VERTICES, LARGEST, LIMIT_BYTES = (5_000, 10_000, 20_000), 2_000_000, 8 * 2**30
 #: Vertices of the model of which bakes are priced.
 PRICED = 5_000
 
-#: Options of the bakes.
-WORDS = (
-    *("--mode", "gaussian", "--brdf", "ggx:kd=0.3,alpha=0.3,f0=0.2", "--samples", "32", "--cube", "32", "--fine", "1"),
-    "--no-check",
-)
+#: Options of the bakes, and those of each mode.
+WORDS = ("--brdf", "ggx:kd=0.3,alpha=0.3,f0=0.2", "--cube", "32", "--fine", "1", "--no-check")
+MODES = {"gaussian": ("--mode", "gaussian", "--samples", "32"), "sh": ("--mode", "sh")}
 
 #: The command line, with no array too small for a file.
 _COMMAND = "import sys, engine.storage.scratch as s; s.IN_MEMORY_BYTES = 0; from app.__main__ import main; main()"
@@ -86,7 +84,7 @@ def cluster_memory(folder: Path, vertices: Sequence[int] = VERTICES) -> Steps[li
         with distributed.LocalCluster(
             n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
         ) as cluster:
-            words = ["bake", str(model), *WORDS, "--cluster", cluster.scheduler_address]
+            words = ["bake", str(model), *WORDS, *MODES["gaussian"], "--cluster", cluster.scheduler_address]
             peaks.append((yield from _watch(words, folder, cluster, index / len(sizes), f"{count:,} vertices")))
     return [_find(who, sizes, peaks) for who in ("worker", "client")]
 
@@ -116,10 +114,8 @@ def cluster_price(folder: Path, vertices: Sequence[int] = (PRICED,)) -> Steps[li
         for core, worker in enumerate(cluster.workers.values()):
             os.sched_setaffinity(worker.process.pid, {core})
         _, link = measure_cluster(cluster.scheduler_address)
-        for index, mode in enumerate(("gaussian", "sh")):
-            words, there = [*WORDS, "--mode", mode], ["--cluster", cluster.scheduler_address]
-            if mode == "sh":
-                words = [word for word in words if word not in ("--samples", "32")]
+        for index, (mode, own) in enumerate(MODES.items()):
+            words, there = [*WORDS, *own], ["--cluster", cluster.scheduler_address]
             for number, mesh in enumerate((small, model)):
                 yield Step((index + 0.4 * number) / 2, f"{mode}, one core")
                 here_s = _bake_s([str(mesh), *words], folder, core=0)
