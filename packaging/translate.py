@@ -42,6 +42,7 @@ CONTEXTS = (
     "document",
     "commands",
     "batch",
+    "watch",
     "jobs",
     "project",
     "session",

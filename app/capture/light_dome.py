@@ -37,12 +37,6 @@ from engine.core.figure_text import format_fixed, percent
 #: Radius of a dot, distance at which a click still meets one, and distance after which a drag is a lasso, in pixels.
 DOT, REACH, DRAG = 4.5, 9.0, 4.0
 
-#: Words where the mouse rests beside the lamps.
-LEGEND = (
-    "Blue: the other photographs predict this one. Red: they are the farthest from it. Hollow: excluded\n"
-    "Click a lamp to see its photograph; Ctrl adds one; draw a line round several to select them"
-)
-
 #: Relative error of predicting a photograph from the others below which no dot has the last colour.
 MIN_WORST = 0.1
 
@@ -87,6 +81,12 @@ class DomeImage(QWidget):
 
     chosen = Signal(int)
     picked = Signal(list)
+
+    #: Words where the mouse rests beside the lamps.
+    legend = (
+        "Blue: the other photographs predict this one. Red: they are the farthest from it. Hollow: excluded\n"
+        "Click a lamp to see its photograph; Ctrl adds one; draw a line round several to select them"
+    )
 
     def __init__(self) -> None:
         super().__init__()
@@ -159,12 +159,16 @@ class DomeImage(QWidget):
     def event(self, event: QEvent) -> bool:
         if isinstance(event, QHelpEvent):
             place = self.at(QPointF(event.pos()))
-            QToolTip.showText(event.globalPos(), LEGEND if place is None else self._words(self.lamps[place]), self)
+            QToolTip.showText(event.globalPos(), self.legend if place is None else self.words(self.lamps[place]), self)
             return True
         return super().event(event)
 
-    @staticmethod
-    def _words(lamp: Lamp) -> str:
+    def colour(self, lamp: Lamp, worst: float) -> tuple[int, int, int]:
+        """Red, green and blue of a dot, by the error of predicting its photograph over the `worst` one."""
+        return dot_colour((lamp.error or 0.0) / worst)
+
+    def words(self, lamp: Lamp) -> str:
+        """Return the lines that describe a lamp where the mouse rests on it."""
         error = "" if lamp.error is None else f"\nThe other photographs predict it to {percent(lamp.error)}"
         state = "\nExcluded from the material" if lamp.excluded else ""
         elevation, azimuth = format_fixed(lamp.elevation_deg, 1), format_fixed(lamp.azimuth_deg, 1)
@@ -177,7 +181,7 @@ class DomeImage(QWidget):
         self._paint_disk(painter)
         worst = max([MIN_WORST, *(lamp.error for lamp in self.lamps if lamp.error is not None)])
         for place, lamp in enumerate(self.lamps):
-            colour = QColor(*dot_colour((lamp.error or 0.0) / worst))
+            colour = QColor(*self.colour(lamp, worst))
             painter.setBrush(QColor(colours.panel) if lamp.excluded else colour)
             painter.setPen(QPen(colour, 1.5))
             painter.drawEllipse(self.position(place), DOT, DOT)

@@ -381,9 +381,8 @@ class _Delegate(QStyledItemDelegate):
         bottom = QRect(left, rect.top() + 26, width + 20, 18)
         painter.setFont(theme.font())
         painter.setPen(QColor(colours.disabled if row.excluded else colours.text))
-        angles = " / ".join(
-            f"{format_fixed(each, 1)}°" for each in (row.elevation_deg, row.azimuth_deg) if each is not None
-        )
+        known = [each for each in (row.elevation_deg, row.azimuth_deg) if each is not None and not math.isnan(each)]
+        angles = " / ".join(f"{format_fixed(each, 1)}°" for each in known)
         painter.drawText(top, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, angles)
         painter.setFont(theme.font(12))
         painter.setPen(QColor(colours.disabled if row.excluded else colours.secondary))

@@ -30,6 +30,7 @@ from app.session.settings import NUMBERS, Remembered, close_session, open_sessio
 from app.start.examples import EXAMPLES
 from app.view.error_line import ErrorLine
 from app.view.tab import ViewTab
+from app.watch.panel import WatchDialog
 from app.widgets import language, theme
 from app.widgets.image_view import ImageView
 from app.widgets.panels import Pages
@@ -146,6 +147,7 @@ class MainWindow(QMainWindow):
         self.setAnimated(False)
         self._has_title = self._is_closed = self._expects_work = False
         self._batch: BatchDialog | None = None
+        self._watch: WatchDialog | None = None
         self._making: dict[str, Iterator[None]] = {}
         self._dressing: theme.Dressing | None = None
         self._dressing_steps: Generator[None] | None = None
@@ -354,6 +356,7 @@ class MainWindow(QMainWindow):
         menus.measuring_wanted.connect(self._measure_or_not)
         menus.image_wanted.connect(self._save_image)
         menus.batch_wanted.connect(self.show_batch)
+        menus.watch_wanted.connect(self.show_watch)
         menus.history_wanted.connect(lambda: show_history(self, bench))
         menus.help_wanted.connect(lambda: show_for_pointer(self, self.tabs, QCursor.pos()))
         menus.keys_wanted.connect(lambda: show_keys(self))
@@ -522,6 +525,15 @@ class MainWindow(QMainWindow):
         self._batch.show()
         self._batch.raise_()
         return self._batch
+
+    def show_watch(self) -> WatchDialog:
+        """Show the capture that is being taken, or choose the folder of one."""
+        if self._watch is None:
+            self._watch = WatchDialog(self, self.bench)
+            self._watch.capture_ended.connect(lambda folder: self.bench.open_photographs([folder]))
+        self._watch.show()
+        self._watch.raise_()
+        return self._watch
 
     def _show_preferences(self) -> None:
         preferences = Preferences(self, self.settings.now, self.bench.jobs)

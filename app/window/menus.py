@@ -25,8 +25,8 @@ class Menus(QMenuBar):
     workspace_wanted, theme_wanted : a workspace or a theme, by its name.
     image_wanted : a 'picture' or a 'turntable' of the View workspace as a file.
     measuring_wanted : whether the error of the image is measured.
-    batch_wanted, history_wanted, preferences_wanted, help_wanted, keys_wanted, mode_chooser_wanted, reports_wanted,
-    about_wanted : a dialog or a folder.
+    batch_wanted, watch_wanted, history_wanted, preferences_wanted, help_wanted, keys_wanted, mode_chooser_wanted,
+    reports_wanted, about_wanted : a dialog or a folder.
     hints_wanted : the welcome tour. projects_wanted : the start page. sample_wanted : the shipped woven cloth.
     self_test_wanted : a test of the machine.
     """
@@ -36,6 +36,7 @@ class Menus(QMenuBar):
     theme_wanted = Signal(str)
     measuring_wanted = Signal(bool)
     batch_wanted = Signal()
+    watch_wanted = Signal()
     history_wanted = Signal()
     help_wanted = Signal()
     keys_wanted = Signal()
@@ -81,6 +82,8 @@ class Menus(QMenuBar):
         sample.setToolTip("Open a woven cloth, ready-made, in a project of its own")
         rebuild = add(menu, "Rebuild sample", "", files.bench.rebuild_sample)
         rebuild.setToolTip("Simulate the photographs of a woven cloth at full size, import them and build the material")
+        watch = add(menu, "Watch…", "", self.watch_wanted.emit)
+        watch.setToolTip("Take photographs in while a camera writes them, and import them when all are there")
         batch = add(menu, "Batch…", "", self.batch_wanted.emit)
         batch.setToolTip("Make materials, projects and exports of many captures in one run")
         menu.addSeparator()

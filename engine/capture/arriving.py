@@ -474,9 +474,11 @@ def _judge_all(
             said.append(Finding(Verdict.BAD, f"is the same image as {twin}: leave one of them out", name))
         if file.moved_px is not None and file.moved_px >= MOVES_PX:
             verdict = Verdict.WARNING if file.moved_px >= MOVED_PX else Verdict.NOTE
-            said.append(Finding(verdict, f"lies {number(file.moved_px)} px beside the first photograph", name))
+            said.append(
+                Finding(verdict, f"is shifted by {number(file.moved_px)} px against the first photograph", name)
+            )
         if sees_sphere and isinstance(file.spot, UsageError):
-            said.append(Finding(Verdict.WARNING, f"does not show its lamp on the mirror sphere: {file.spot}", name))
+            said.append(Finding(Verdict.WARNING, f"shows no lamp on the mirror sphere: {file.spot}", name))
         yield tuple(said), twin == name
 
 

@@ -23,14 +23,11 @@ from numpy.typing import NDArray
 
 from engine.capture.noted import Noted, note
 from engine.capture.photograph.decode import OPTIONS, Photograph, add_supply, drop_supply
-from engine.capture.report import BLACK
 from engine.capture.tally import Tally
 from engine.capture.waiting import Pixels
 from engine.core.errors import OutputError
 from engine.images.codes import Coded
 from engine.storage.scratch import IN_MEMORY_BYTES, array_in, release
-
-__all__ = ["BLACK", "Decoded", "Kept", "Mark", "find_kept", "mark_of"]
 
 
 class Mark(NamedTuple):
@@ -52,7 +49,8 @@ class Kept:
     photograph : without its pixels. width, height : of it.
     pixels : codes or pixels, None where there was no room for them.
     noted : what was noted of the pixels.
-    clipped, black : shares of its pixels at the white level, and below `BLACK`. mean_radiance : mean luminance.
+    clipped, black : shares of its pixels at the white level, and below `engine.capture.report.BLACK`.
+    mean_radiance : its mean luminance.
     """
 
     photograph: Photograph

@@ -6755,6 +6755,14 @@ Ihre Arbeit ist noch da. %2.</translation>
    <source>This project is read-only; save it under another name first</source>
    <translation>Dieses Projekt ist schreibgeschützt; zuerst unter einem anderen Namen speichern</translation>
   </message>
+  <message>
+   <source>Watch…</source>
+   <translation>Mitverfolgen…</translation>
+  </message>
+  <message>
+   <source>Take photographs in while a camera writes them, and import them when all are there</source>
+   <translation>Fotos aufnehmen, während eine Kamera sie schreibt, und importieren, sobald alle da sind</translation>
+  </message>
  </context>
  <context>
   <name>start</name>
@@ -13552,6 +13560,14 @@ MIT-Lizenz.</translation>
    <source>is not as it was written</source>
    <translation>ist nicht, wie es geschrieben wurde</translation>
   </message>
+  <message>
+   <source>is shifted by %1 px against the first photograph</source>
+   <translation>ist um %1 px gegen das erste Foto verschoben</translation>
+  </message>
+  <message>
+   <source>shows no lamp on the mirror sphere: %1</source>
+   <translation>zeigt keine Lampe auf der Spiegelkugel: %1</translation>
+  </message>
  </context>
  <context>
   <name>engine/brdf</name>
@@ -18738,6 +18754,99 @@ Der Kopf eines PTM hat dafür keinen Platz.
   <message>
    <source>line %1</source>
    <translation>Zeile %1</translation>
+  </message>
+ </context>
+ <context>
+  <name>watch</name>
+  <message>
+   <source>Install it with: pip install 'lightarc[camera]'</source>
+   <translation>Installieren Sie sie mit: pip install 'lightarc[camera]'</translation>
+  </message>
+  <message>
+   <source>Photographs from a camera need the library gphoto2</source>
+   <translation>Fotos von einer Kamera brauchen die Bibliothek gphoto2</translation>
+  </message>
+  <message>
+   <source>Check that it is switched on, connected, and not in use by another program (as a file manager)</source>
+   <translation>Prüfen Sie, dass sie eingeschaltet und verbunden ist und von keinem anderen Programm (wie einem Dateimanager) benutzt wird</translation>
+  </message>
+  <message>
+   <source>the camera</source>
+   <translation>die Kamera</translation>
+  </message>
+  <message>
+   <source>cannot be used (%1)</source>
+   <translation>ist nicht verwendbar (%1)</translation>
+  </message>
+  <message>
+   <source>Filled: the photograph is there. Hollow: it is expected</source>
+   <translation>Gefüllt: Das Foto ist da. Hohl: Es wird erwartet</translation>
+  </message>
+  <message>
+   <source>%1
+elevation %2°, azimuth %3°</source>
+   <translation>%1
+Elevation %2°, Azimut %3°</translation>
+  </message>
+  <message>
+   <source>Watch</source>
+   <translation>Mitverfolgen</translation>
+  </message>
+  <message>
+   <source>Photographs that are there</source>
+   <translation>Fotos, die da sind</translation>
+  </message>
+  <message>
+   <source>Take photographs in while they are taken</source>
+   <translation>Fotos übernehmen, während sie aufgenommen werden</translation>
+  </message>
+  <message>
+   <source>The folder in which the camera or the controller of the dome writes its photographs</source>
+   <translation>Der Ordner, in den die Kamera oder die Steuerung der Lichtkuppel ihre Fotos schreibt</translation>
+  </message>
+  <message>
+   <source>as listed</source>
+   <translation>wie gelistet</translation>
+  </message>
+  <message>
+   <source>The capture ends when so many are there; without a number, as many as a list of lights names</source>
+   <translation>Die Aufnahme endet, wenn so viele da sind; ohne Zahl so viele, wie eine Liste der Lichter nennt</translation>
+  </message>
+  <message>
+   <source>Finish</source>
+   <translation>Fertig</translation>
+  </message>
+  <message>
+   <source>Watching a folder</source>
+   <translation>Ein Ordner wird verfolgt</translation>
+  </message>
+  <message>
+   <source>Cancelled; the photographs stay in their folder</source>
+   <translation>Abgebrochen; die Fotos bleiben in ihrem Ordner</translation>
+  </message>
+  <message>
+   <source>Waiting for photographs</source>
+   <translation>Wartet auf Fotos</translation>
+  </message>
+  <message>
+   <source>A capture needs two photographs at least</source>
+   <translation>Eine Aufnahme braucht mindestens zwei Fotos</translation>
+  </message>
+  <message>
+   <source>%1 photographs are there, and are imported</source>
+   <translation>%1 Fotos sind da und werden importiert</translation>
+  </message>
+  <message>
+   <source>Lights cover %1 of the dome</source>
+   <translation>Lichter decken %1 der Kuppel ab</translation>
+  </message>
+  <message>
+   <source>Choose a folder</source>
+   <translation>Wählen Sie einen Ordner</translation>
+  </message>
+  <message>
+   <source>Import the photographs that are there</source>
+   <translation>Die Fotos importieren, die da sind</translation>
   </message>
  </context>
 </TS>
