@@ -7,7 +7,7 @@ import shlex
 import threading
 import time
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +17,14 @@ from app.arguments.results import Input, Output, watch_result
 from app.cli import import_
 from app.process import ending
 from app.project.project_file import ENDING
-from engine.capture.arriving import Arrived, Capture, Watching, arrive, decoding_options
+from engine.capture.arriving import Arrived, Capture, Wait, Watching, arrive, decoding_options
 from engine.capture.decoded import Decoded
 from engine.capture.import_stack import import_stack
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, time_text
 from engine.core.health import Verdict
 from engine.core.steps import Step, drain
+from engine.storage.atomic import make_folder
 from engine.storage.notices import Notices
 
 EXAMPLE = "lightarc watch photographs -o woven.lap --expect 64"
@@ -66,6 +67,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="TIME",
         help="end when no photograph has come for so long after the last one, as 30s or 5min",
     )
+    parser.add_argument(
+        "--camera",
+        nargs="?",
+        const="",
+        type=str,
+        metavar="PORT",
+        help="also download what a camera on a cable takes from now on into the folder: the one that is found, or the "
+        "one at a port of libgphoto2 (usb:001,004), or a memory card (disk:/media/card); needs the library gphoto2",
+    )
     import_.add_choices(parser)
     parser.epilog = f"{parser.epilog}\n\n{MORE_HELP}"
 
@@ -83,6 +93,7 @@ seconds_after_last, from the end of the last photograph until the result was wri
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from app.document.import_choices import choices_of
+    from app.watch.camera import Camera
     from app.watch.project import write_project
 
     begun_s, (folder,) = time.perf_counter(), arguments.photographs
@@ -90,14 +101,21 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     target = arguments.output or Path(f"{folder.resolve().name}{ENDING}")
     is_project = target.suffix.lower() == ENDING
     choices = choices_of(settings, sphere) if is_project else None
+    if arguments.camera is not None:
+        make_folder(folder)
     if not folder.is_dir():
         raise UsageError(f"{shlex.quote(str(folder))} is not a folder, in which photographs could appear")
     if arguments.until_idle is not None and not MIN_IDLE_S <= arguments.until_idle <= MAX_IDLE_S:
         raise UsageError(f"--until-idle {arguments.until_idle:g} s is outside {MIN_IDLE_S:g} s … {MAX_IDLE_S:g} s")
     frames = tuple(import_.frames_of(arguments))
     wishes = Watching(folder, arguments.expect, arguments.until_idle, arguments.angles_deg, sphere, frames)
-    with closing(Decoded(decoding_options(folder, settings))) as decoded:
-        capture, stopped, last_s = _follow(decoded, wishes, show)
+    with ExitStack() as held:
+        decoded = held.enter_context(closing(Decoded(decoding_options(folder, settings))))
+        source: Camera | Notices = Notices(folder) if arguments.camera is None else Camera(folder, arguments.camera)
+        with closing(source):
+            name = source.name if isinstance(source, Camera) else str(folder)
+            show(Step(0.0, f"waiting for photographs from {name}"))
+            capture, stopped, last_s = _follow(decoded, wishes, source.wait, show)
         sources = drain(import_.find_sources(arguments, [folder]), show)
         if choices is not None:
             stack = drain(write_project(target, sources, choices), show).stack
@@ -134,7 +152,9 @@ def report(result: dict[str, Any]) -> str:
     return "\n".join([*lines, import_.report(result)])
 
 
-def _follow(decoded: Decoded, wishes: Watching, show: Callable[[Step], None]) -> tuple[Capture, bool, float]:
+def _follow(
+    decoded: Decoded, wishes: Watching, wait: Wait, show: Callable[[Step], None]
+) -> tuple[Capture, bool, float]:
     """The capture when it has ended, whether Ctrl+C ended it, and when its last photograph was there."""
     finish, last_s = threading.Event(), time.perf_counter()
 
@@ -146,9 +166,8 @@ def _follow(decoded: Decoded, wishes: Watching, show: Callable[[Step], None]) ->
             show(Step(step.done, step.note, Line(_line(capture, one))))
         show(Step(step.done, step.note))
 
-    with closing(Notices(wishes.folder)) as notices, ending.during(finish.set, IMPORTING_S):
-        show(Step(0.0, f"waiting for photographs in {wishes.folder}"))
-        capture = drain(arrive(decoded, wishes, finish.is_set, notices.wait), tell)
+    with ending.during(finish.set, IMPORTING_S):
+        capture = drain(arrive(decoded, wishes, finish.is_set, wait), tell)
     if finish.is_set():
         ending.go_on()
     return capture, finish.is_set(), last_s

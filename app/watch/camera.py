@@ -117,8 +117,10 @@ class Camera:
             if not folders:
                 return
             folder = folders.pop()
-            yield from ((folder, name) for name, _ in self._camera.folder_list_files(folder))
-            folders += [str(PurePosixPath(folder) / name) for name, _ in self._camera.folder_list_folders(folder)]
+            yield from ((folder, name) for name, _ in self._camera.folder_list_files(folder).items())
+            folders += [
+                str(PurePosixPath(folder) / name) for name, _ in self._camera.folder_list_folders(folder).items()
+            ]
 
     def _download(self, folder: str, name: str) -> Path | None:
         """The file that was written; None for what is no photograph."""
