@@ -1,6 +1,6 @@
 """Make the images of the README and the manual anew, from the real window and from the commands of the manual.
 
-    python packaging/manual_images.py [window] [tutorials] [mistakes] [fronts]
+    python packaging/manual_images.py [window] [watch] [tutorials] [mistakes] [fronts]
 
 Without a choice it makes all. The window needs a display with OpenGL (`Xvfb -screen 0 1920x1080x24` does). Images lie
 in `docs/manual/images` as WebP of at most `MAX_BYTES`: the width of the page is what they are shown at.
@@ -8,6 +8,7 @@ in `docs/manual/images` as WebP of at most `MAX_BYTES`: the width of the page is
 
 from __future__ import annotations
 
+import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -19,8 +20,8 @@ import tifffile
 from manual_commands import run_commands, run_step, tutorials
 from numpy.typing import NDArray
 from PIL import Image
-from PySide6.QtWidgets import QApplication
-from screens import PATIENCE_S, rest, wait_until, with_work
+from PySide6.QtWidgets import QApplication, QWidget
+from screens import PATIENCE_S, rest, settle, wait_until, with_work
 
 from app.viewport.gl_surface import request_format
 from app.widgets import theme
@@ -80,10 +81,12 @@ MADE = {
 
 
 def main() -> int:
-    chosen = sys.argv[1:] or ["window", "tutorials", "mistakes", "fronts"]
+    chosen = sys.argv[1:] or ["window", "watch", "tutorials", "mistakes", "fronts"]
     IMAGES.mkdir(exist_ok=True)
     if "window" in chosen:
         photograph_window()
+    if "watch" in chosen:
+        photograph_watch()
     if "tutorials" in chosen:
         keep_results()
     if "mistakes" in chosen:
@@ -118,6 +121,35 @@ def photograph_window() -> None:
         window.close()
 
 
+def photograph_watch() -> None:
+    """The first half of the photographs of a dome, of which one is black, in the dialog that follows their folder."""
+    request_format()
+    application = QApplication.instance() or QApplication([])
+    assert isinstance(application, QApplication)
+    theme.apply(application, "dark")
+    window = MainWindow(None)
+    window.resize(*WINDOW_PX)
+    window.show()
+    with tempfile.TemporaryDirectory() as folder:
+        dome, taken = Path(folder) / "dome", Path(folder) / "taken"
+        run_step(f"lightarc simulate -o {dome} --sample leather --azimuths 6 --elevations 3 --size 160", Path())
+        taken.mkdir()
+        for path in (dome / "capture.toml", *sorted(dome.glob("*.tif"))[:9]):
+            shutil.copy(path, taken)
+        black = sorted(taken.glob("*.tif"))[4]
+        tifffile.imwrite(black, tifffile.imread(black) // 300)
+        dialog = window.show_watch()
+        dialog.take_folder(taken)
+        dialog.folder_words.setText("/captures/leather")
+        dialog.begin()
+        wait_until(lambda: dialog.capture.count == 9)
+        settle(1.0)
+        save(dialog, "window-watch")
+        dialog.stop()
+        wait_until(lambda: not dialog.is_running)
+        window.close()
+
+
 def show_dome(window: MainWindow, photographs: Path) -> None:
     """A medal under a dome of lamps, imported into a new project, with the normals of its surface."""
     run_step(f"lightarc simulate -o {photographs} --sample medal --azimuths 8 --elevations 4 --size 256", Path())
@@ -133,8 +165,12 @@ def show_dome(window: MainWindow, photographs: Path) -> None:
 
 def keep(window: MainWindow, name: str) -> None:
     rest(window, PATIENCE_S)
+    save(window, name)
+
+
+def save(widget: QWidget, name: str) -> None:
     path = IMAGES / f"{name}.png"
-    window.grab().save(str(path))
+    widget.grab().save(str(path))
     compress(path, IMAGES / f"{name}.webp", max(WINDOW_PX))
     path.unlink()
 
