@@ -3,7 +3,8 @@
 Photographs of a dome as JPEG are there but for the last, and have been decoded; then the last one is written. What is
 measured is what a user waits for: that it is noticed, decoded and judged, and the import of all of them. The time of 64
 photographs of 24 megapixels follows from a plane through smaller captures, c0 + c1 N + c2 N · megapixels, and is
-compared with an import of the same folder that decodes anew.
+compared with an import of the same folder that decodes anew. The stack is written at the end, 13 bytes a pixel, which
+bounds it: 20 GB of the largest capture.
 """
 
 from __future__ import annotations
@@ -57,7 +58,8 @@ def watch(folder: Path) -> Steps[list[Accuracy]]:
         )
         measured = ", ".join(f"{n} × {mp:g}: {s:.2g}" for (n, mp), s in zip(CAPTURES, found[name], strict=True))
         text = f"seconds until {what} of {largest}, from smaller captures ({measured})"
-        results.append(Accuracy(f"watch-{name}", _extrapolate(found[name]), text, limit_s))
+        found_s = _extrapolate(found[name], grows=name != "verdict")
+        results.append(Accuracy(f"watch-{name}", found_s, text, limit_s))
     return results
 
 
@@ -102,10 +104,11 @@ def _wait_for(place: Path, count: int, settings: ImportSettings, target: Path) -
         return verdict_s, time.perf_counter() - begun_s
 
 
-def _extrapolate(seconds: list[float]) -> float:
-    """Seconds of the largest capture by the plane through those that were measured, none of whose parts falls."""
+def _extrapolate(seconds: list[float], *, grows: bool) -> float:
+    """Seconds of the largest capture by the plane through those that were measured, none of whose parts falls; what
+    does not grow with the number of photographs depends on the size of one alone."""
     from scipy.optimize import nnls
 
-    rows = [(1.0, count, count * megapixels) for count, megapixels in CAPTURES]
-    parts, _ = nnls(np.array(rows), np.array(seconds))
-    return float(parts @ (1.0, LARGEST[0], LARGEST[0] * LARGEST[1]))
+    rows = [(1.0, count * grows, (count if grows else 1.0) * size) for count, size in (*CAPTURES, LARGEST)]
+    parts, _ = nnls(np.array(rows[:-1]), np.array(seconds))
+    return float(parts @ np.array(rows[-1]))
