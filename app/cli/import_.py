@@ -53,6 +53,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", required=True, type=Output(STACK, Path), metavar="STACK", help="folder of the stack"
     )
     add_choices(parser)
+    parser.add_argument(
+        "--write-chart",
+        type=Output(CHART, Path),
+        metavar="FILE",
+        help="also write the correction by the chart: .chart for later captures under the same lamps, or .html as a "
+        "report of all patches",
+    )
+    parser.add_argument(
+        "--write-lens",
+        type=Output(LENS, Path),
+        metavar="FILE",
+        help="also write the lens that was measured, as a .lens file for later captures with it",
+    )
+    parser.add_argument(
+        "--write-lights",
+        type=Output(LIGHTS, Path),
+        metavar="FILE",
+        help="also write the lights as they were found: .lights with directions, distance and intensity of each lamp, "
+        "which later captures under the same lamps name beside their photographs, or .lp with directions alone",
+    )
     parser.epilog = f"{parser.epilog}\n\n{JSON_HELP}"
 
 
@@ -109,24 +129,11 @@ def add_choices(parser: argparse.ArgumentParser) -> None:
         "under the same lamps, or as --write-chart has saved it",
     )
     parser.add_argument(
-        "--write-chart",
-        type=Output(CHART, Path),
-        metavar="FILE",
-        help="also write the correction by the chart: .chart for later captures under the same lamps, or .html as a "
-        "report of all patches",
-    )
-    parser.add_argument(
         "--lens",
         type=Input(Path),
         metavar="FOLDER|FILE",
         help="take off the distortion of the lens: a folder of photographs of a chessboard in five tilted positions or "
         "more, or a .lens file; other options are then in pixels of the straight photographs",
-    )
-    parser.add_argument(
-        "--write-lens",
-        type=Output(LENS, Path),
-        metavar="FILE",
-        help="also write the lens that was measured, as a .lens file for later captures with it",
     )
     parser.add_argument(
         "--scale",
@@ -256,13 +263,6 @@ def add_choices(parser: argparse.ArgumentParser) -> None:
         help="keep these photographs alone: numbers from 1 in the order of the file names, or file names: 1,4-9",
     )
     parser.add_argument(
-        "--write-lights",
-        type=Output(LIGHTS, Path),
-        metavar="FILE",
-        help="also write the lights as they were found: .lights with directions, distance and intensity of each lamp, "
-        "which later captures under the same lamps name beside their photographs, or .lp with directions alone",
-    )
-    parser.add_argument(
         "--trust-angles",
         action="store_true",
         help="take angles from bare numbers in file names, or even steps, also where the photographs do not grow "
@@ -311,10 +311,19 @@ def _import(arguments: argparse.Namespace, show: Callable[[Step], None], scratch
     """Import what `arguments` say; archives are unpacked in the folder `scratch`."""
     start = time.perf_counter()
     memory = _Memory(show)
+    if arguments.write_chart is not None and arguments.chart is None:
+        raise UsageError("--write-chart needs --chart, by which colours are corrected")
+    if arguments.write_lens is not None and arguments.lens is None:
+        raise UsageError("--write-lens needs --lens, by which it is measured")
     settings = choose_settings(arguments)
     sources = drain(find_sources(arguments, arguments.photographs, scratch), show)
     stack = drain(import_stack(sources, settings, arguments.output), memory)
-    write_beside(arguments, stack)
+    if arguments.write_lights is not None:
+        save_lights(arguments.write_lights, lights_of(stack))
+    if arguments.write_chart is not None:
+        save_chart(arguments.write_chart, stack.provenance["chart"])
+    if arguments.write_lens is not None:
+        save_lens(arguments.write_lens, stack.provenance["lens"])
     return {**describe(stack), "time_s": time.perf_counter() - start, "peak_memory_bytes": memory.peak_bytes()}
 
 
@@ -335,10 +344,6 @@ def choose_settings(arguments: argparse.Namespace) -> ImportSettings:
     """The settings of an import that the options say; UsageError for options that do not fit together."""
     if arguments.no_align and arguments.motion != "auto":
         raise UsageError("--motion is of an alignment, which --no-align leaves out: choose one")
-    if arguments.write_chart is not None and arguments.chart is None:
-        raise UsageError("--write-chart needs --chart, by which colours are corrected")
-    if arguments.write_lens is not None and arguments.lens is None:
-        raise UsageError("--write-lens needs --lens, by which it is measured")
     chart: Path | Literal["auto"] | None = "auto" if arguments.chart == Path("auto") else arguments.chart
     mask: Path | Literal["alpha"] | None = "alpha" if arguments.mask == Path("alpha") else arguments.mask
     return ImportSettings(
@@ -367,16 +372,6 @@ def choose_settings(arguments: argparse.Namespace) -> ImportSettings:
         scale=arguments.scale,
         lens=arguments.lens,
     )
-
-
-def write_beside(arguments: argparse.Namespace, stack: ImageStack) -> None:
-    """Write what the options ask for beside the stack: lights, the chart, the lens."""
-    if arguments.write_lights is not None:
-        save_lights(arguments.write_lights, lights_of(stack))
-    if arguments.write_chart is not None:
-        save_chart(arguments.write_chart, stack.provenance["chart"])
-    if arguments.write_lens is not None:
-        save_lens(arguments.write_lens, stack.provenance["lens"])
 
 
 def describe(stack: ImageStack) -> dict[str, Any]:

@@ -123,7 +123,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
             stack = drain(import_stack(sources, settings, target), show)
         assert stack is not None
         after_s = time.perf_counter() - last_s
-        import_.write_beside(arguments, stack)
     found = import_.describe(stack)
     missing = (
         []

@@ -55,6 +55,7 @@ TINY_BAKE = "bake {inputs}/mesh.obj --brdf lambert --cube 16 --fine 1 -o {folder
 LINES = {
     "simulate": ("simulate -o {folder}/capture --size 32 --elevations-deg 20,60,80 --calibration",),
     "import": ("import {inputs}/photographs -o {folder}/stack",),
+    "watch": ("watch {inputs}/photographs -o {folder}/watched --until-idle 0.1",),
     "shade": ("shade {inputs}/stack -o {folder}/a.lightarc --slices 3",),
     "normals": ("normals {inputs}/stack -o {folder}/maps --no-errors",),
     "export": ("export {inputs}/a.lightarc --to auto -o {folder}/exported",),
@@ -120,6 +121,7 @@ TEXTS = {
     "--lamp": tuple(f"{parameter.name}={{}}" for parameter in params.parameters(LampSettings)),
     "--near-lamp": tuple(f"z=2,{parameter.name}={{}}" for parameter in params.parameters(NearLampSettings)),
     "--until-idle": ("{}", "{}min"),
+    "--expect": ("{}",),
     "--memory": ("{}", "{}kB"),
     "--memory-limit": ("{}", "{}MB"),
     "--vary": ("alpha={}:0.5:y", "alpha=0.1:{}:x"),
