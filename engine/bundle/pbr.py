@@ -56,6 +56,7 @@ def pbr_record(maps: PbrMaps | None, white: float | None = None) -> PbrRecord | 
         layers=None if maps.layers is None else brdf_to_text(maps.layers),
         white_radiance=white,
         wide=_wide_record(maps.wide),
+        tiles=maps.tiles,
     )
 
 
@@ -95,6 +96,7 @@ def read_pbr(archive: Archive, manifest: Manifest) -> PbrMaps | None:
         errors=MapErrors(**errors),
         multiple_scattering=record.multiple_scattering,
         layers=None if record.layers is None else _layers(archive, record.layers),
+        tiles=record.tiles,
         wide=None
         if wide is None
         else WideColours(wide.space, found[_WIDE], found.get(f"{_SIGMA}{_WIDE}"), (wide.beyond_rec709, wide.distance)),

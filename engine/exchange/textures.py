@@ -248,6 +248,9 @@ def common_warnings(subject: Subject, places: Collection[str], *, holds_wide: bo
         less = "up to a third darker where light between facets is left out, as in plain glTF"
         more = "up to half brighter where light between facets is added, as three.js does"
         said = (*said, f"rough metal looks {less if again else more}")
+    if maps.tiles > 1:
+        divided = f"texture coordinates are to be divided by {maps.tiles}"
+        said = (*said, f"{maps.tiles} × {maps.tiles} UDIM tiles are one texture: {divided}")
     if not holds_wide:
         said = (*said, *wide_warnings(subject))
     left_out = [words for name, words in _NAMES.items() if name not in places and source(subject, name) is not None]

@@ -273,7 +273,7 @@ class DirectRenderer:
         values = {
             "eye": tuple(eye),
             "sigma": scene.sigma,
-            "repeats": scene.repeats,
+            "repeats": scene.texture_scale,
             "r_max": textures.r_max if textures else 1.0,
             "layers": float(textures.layers) if textures else 0.0,
             "lowest_cosine": textures.lowest_cosine if textures else 1.0,

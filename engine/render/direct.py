@@ -374,7 +374,7 @@ def _visible_normal(normal: Array, triangle: Array, wo: Array) -> Array:
 def texture_coordinates(scene: Scene, faces: NDArray[np.int32]) -> Array:
     """(N, 3, 2) of the corners of `faces` (N, 3), v down, one unit per repeat."""
     uv = scene.mesh.uv[faces].astype(np.float64)
-    return np.stack([uv[..., 0], 1.0 - uv[..., 1]], axis=-1) * scene.repeats
+    return np.stack([uv[..., 0], 1.0 - uv[..., 1]], axis=-1) * scene.texture_scale
 
 
 def texture_axes(triangle: Array, uv: Array, normal: Array) -> Array:

@@ -128,10 +128,11 @@ class Reflector:
         for at, (scene, maps) in enumerate(zip(scenes, self._maps, strict=True)):
             points = np.flatnonzero(number == at)
             assert scene.pbr is not None
+            own = scene.texture_scale / self.scene.texture_scale
             if len(points) == len(face):
-                return texels_at(maps, uv, np.zeros(len(uv)), scene.pbr)
+                return texels_at(maps, uv * own, np.zeros(len(uv)), scene.pbr)
             if points.size:
-                texels = texels_at(maps, uv[points], np.zeros(len(points)), scene.pbr)
+                texels = texels_at(maps, uv[points] * own, np.zeros(len(points)), scene.pbr)
                 found = texels.scatter(points, len(face), found)
         assert found is not None
         return found

@@ -227,6 +227,11 @@ class Scene:
         return None if self.material is None else self.material.pbr
 
     @property
+    def texture_scale(self) -> float:
+        """Repeats of the maps over one unit of texture coordinates; maps of UDIM tiles hold several units."""
+        return self.repeats / (1 if self.pbr is None else self.pbr.tiles)
+
+    @property
     def shading(self) -> ShadingMap | PowerLawMap | DirectionalMap | None:
         """The form of the material that is looked up: the wanted one, or the one it has; None without a material."""
         if self.material is None:

@@ -8,8 +8,29 @@ from pathlib import Path, PurePosixPath
 from engine.core.errors import InputError
 from engine.storage.untrusted import FILE_LIMIT_BYTES, open_checked
 
+#: The place of the number in the name of a UDIM set, and its numbers: 1001 + column + 10 row, rows upwards.
+_UDIM, UDIM_TILES = re.compile("<UDIM>", re.IGNORECASE), range(1001, 1101)
+
 #: The beginning of an address of the web, also where its slashes were taken together.
 _ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]{1,20}:/")
+
+
+def tiles_beside(path: Path, named: str, remedy: str, search: Path | None = None) -> dict[int, Path]:
+    """The tiles of a UDIM set that `path` calls `named`, by their numbers, 1001 to 1100; none for another name.
+
+    Each lies where `file_beside` looks for a file; InputError where there is no tile at all.
+    """
+    if not _UDIM.search(named):
+        return {}
+    found, problem = dict[int, Path](), None
+    for number in UDIM_TILES:
+        try:
+            found[number] = file_beside(path, _UDIM.sub(str(number), named), remedy, search)
+        except InputError as error:
+            problem = problem or error
+    if problem is not None and not found:
+        raise problem
+    return found
 
 
 def file_beside(path: Path, named: str, remedy: str, search: Path | None = None) -> Path:
@@ -17,11 +38,7 @@ def file_beside(path: Path, named: str, remedy: str, search: Path | None = None)
 
     A user allows further files by a folder to `search`: those in it or below, where `path` calls them so, or where they
     would lie if the name began there, without the steps out of a folder at its beginning.
-    A set of UDIM tiles is refused.
     """
-    if "<UDIM>" in named.upper():
-        problem = f"names a set of UDIM tiles ({PurePosixPath(named).name[:40]!r}), of which one is read at a time"
-        raise InputError(path, problem, "Put the number of a tile, 1001 say, in the place of <UDIM>")
     folder = path.absolute().parent
     places = [(folder / named, folder)]
     if search is not None:

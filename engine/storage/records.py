@@ -188,6 +188,7 @@ class PbrRecord(_Strict):
     `wide` is of base colours in a wider space.
     `multiple_scattering` says whether light that facets scatter more than once is added to the highlight. `layers` is
     the text of an OpenPBR model, of which all but the base counts, or of a metallic-roughness with a clear coat.
+    `tiles` is how many UDIM tiles a side the maps hold: texture coordinates are divided by it.
     """
 
     height_px: Side
@@ -201,6 +202,7 @@ class PbrRecord(_Strict):
     multiple_scattering: bool = False
     layers: Text | None = None
     wide: WideColoursRecord | None = None
+    tiles: Annotated[int, Field(ge=1, le=10)] = 1
 
 
 Direction = Annotated[list[Annotated[float, Field(ge=-1, le=1)]], Field(min_length=3, max_length=3)]

@@ -28,6 +28,9 @@ UNIT = 1e-3
 #: Distance of a colour from Rec.709 that counts as clipped.
 WORTH_SAYING = 0.01
 
+#: Most UDIM tiles a side of a square.
+MAX_TILES = 10
+
 #: Reflectance of a dielectric of index 1.5 at normal incidence.
 DIELECTRIC_F0 = 0.04
 
@@ -131,6 +134,7 @@ class PbrMaps(Summary):
         model is the whole of what texels reflect, whose base alone is that of the maps; of `metallic-roughness` the
         clear coat counts, which glTF lays over the maps.
     wide : the base colours in a wider space, in which the maps were made; None for Rec.709.
+    tiles : a side of the square of UDIM tiles that the maps hold: texture coordinates are divided by it.
     """
 
     base_colour: Map
@@ -148,8 +152,11 @@ class PbrMaps(Summary):
     multiple_scattering: bool = False
     layers: OpenPbr | MetallicRoughness | None = None
     wide: WideColours | None = None
+    tiles: int = 1
 
     def __post_init__(self) -> None:
+        if not 1 <= self.tiles <= MAX_TILES:
+            raise ValueError(f"{self.tiles} tiles a side")
         shape = self.roughness.shape
         if len(shape) != 2:
             raise ValueError(f"maps must be (H, W), got {shape}")

@@ -24,7 +24,7 @@ from engine.geometry.gltf import NO_MATERIAL
 from engine.geometry.ply import HEADER_BYTES, has_colours
 from engine.geometry.usd import ask_usd, is_usd
 from engine.scene.credits import credits_of
-from engine.storage.beside import file_beside
+from engine.storage.beside import file_beside, tiles_beside
 from engine.storage.untrusted import FILE_LIMIT_BYTES, decode_in_child, open_checked, read_head
 
 Kind = Literal["materialx", "gltf", "mtl", "usd"]
@@ -199,14 +199,17 @@ def _input(path: Path, kind: Kind, said: dict[str, Any], reply: dict[str, Any], 
     factor, inverted, image = tuple(map(float, said["factor"])), bool(said["inverted"]), said["image"]
     if image is None:
         return Input(factor, None, inverted)
-    place, content = path, None
+    place, content, tiles = path, None, dict[int, Path]()
     if image["file"] is None:
         content = reply[f"image {said['name']}"].tobytes()
+    elif tiles := tiles_beside(path, image["file"], _REMEDIES[kind], search):
+        place = Path(image["file"])
     else:
         place = file_beside(path, image["file"], _REMEDIES[kind], search)
         content = None if image["part"] is None else _part(path, place, *image["part"])
     name, transfer, channel = image["name"], image["transfer"], image["channel"]
-    found = Image(place if content is None else path, name, transfer, channel, content, space=str(image["space"]))
+    place, space = place if content is None else path, str(image["space"])
+    found = Image(place, name, transfer, channel, content, space=space, tiles=tuple(tiles.items()))
     return Input(factor, found, inverted)
 
 

@@ -68,7 +68,7 @@ class Image:
     `channel` is 0, 1 or 2 for one channel as a number, 'alpha' for that of a PNG, None for the colour. `part` is the
     first byte and the length of an image within the file `path`. In a decoder `path` is as the document names it.
     `space` is the name of the colour space that a document states (`engine.exchange.readers.colour_spaces`), '' for
-    what the file says.
+    what the file says. `tiles` are the files of a UDIM set by their numbers, in the place of `path`.
     """
 
     path: Path
@@ -78,6 +78,12 @@ class Image:
     content: bytes | None = field(default=None, repr=False)
     part: tuple[int, int] | None = None
     space: str = ""
+    tiles: tuple[tuple[int, Path], ...] = ()
+
+    @property
+    def side(self) -> int:
+        """Tiles a side of the square atlas that holds the set, 1 for a single image."""
+        return max((max((number - 1001) % 10, (number - 1001) // 10) + 1 for number, _ in self.tiles), default=1)
 
     @property
     def key(self) -> tuple[Path, str, TransferChoice, bool, str]:
@@ -140,15 +146,20 @@ def maps_of(described: Described, most: int = MAX_SIDE) -> Steps[tuple[PbrMaps, 
     inputs = {each.name: getattr(described, each.name) for each in fields(described)}
     images = {name: each.image for name, each in inputs.items() if isinstance(each, Input) and each.image}
     decoded: dict[object, Map] = {}
+    tiles = max((image.side for image in images.values()), default=1)
     for number, image in enumerate(images.values()):
         yield Step(number / (len(images) + 1), f"reading {image.name}")
         if image.key not in decoded:
-            decoded[image.key] = _decode(image)
+            decoded[image.key] = _decode(image) if tiles == 1 else _decode_atlas(image, tiles, most)
     yield Step(len(images) / (len(images) + 1), "making maps")
     found = {name: _read_channel(decoded[image.key], image) for name, image in images.items()}
     of_coat: dict[str, Map] = {name: found.pop(name) for name in ("coat", "coat_roughness") if name in found}
     size, notes = _size(found, images, most)
     notes = [*described.notes, *notes]
+    if tiles > 1:
+        notes.append(
+            f"UDIM tiles are read as one texture of {tiles} × {tiles} tiles, {most // tiles} texels each at most"
+        )
     found = {name: _resize(values, size) for name, values in found.items()}
     base = _colour(described.base_colour, found.get("base_colour"), size)
     described, base, found = _as_metal(described, base, found, size)
@@ -170,6 +181,7 @@ def maps_of(described: Described, most: int = MAX_SIDE) -> Steps[tuple[PbrMaps, 
         multiple_scattering=True,
         layers=_layers(described.layers, of_coat, notes),
         wide=wide,
+        tiles=tiles,
     )
     return maps, Health(findings=tuple(Finding(Verdict.WARNING, note) for note in notes))
 
@@ -233,6 +245,30 @@ def _decode(image: Image) -> Map:
     reply = decode_content("engine.images.decode:decode", name, content, transfer=image.transfer)
     pixels = image_from_reply(reply).pixels
     return SPACES[image.space].linear(pixels) if image.space else pixels
+
+
+def _decode_atlas(image: Image, side: int, most: int) -> Map:
+    """The tiles of a set in a square of so many a side; of a single image as many repeats.
+
+    Texture coordinates divided by `side` meet the tile that they meant: v runs up, and repeats, so that the rows after
+    the first lie below it in the reverse order. A place without a tile has the first one.
+    """
+    largest = max(1, most // side)
+
+    def decode(one: Image) -> Map:
+        """One tile, no larger than it may be."""
+        pixels = _decode(one)
+        return _resize(pixels, (min(pixels.shape[0], largest), min(pixels.shape[1], largest)))
+
+    parts = {number: decode(replace(image, path=path, tiles=())) for number, path in image.tiles} or {0: decode(image)}
+    size = max(each.shape[0] for each in parts.values()), max(each.shape[1] for each in parts.values())
+    first = _resize(next(iter(parts.values())), size)
+    atlas = np.tile(first, (side, side, 1) if first.ndim == 3 else (side, side))
+    for number in (each for each in parts if image.tiles):
+        row, column = -((number - 1001) // 10) % side, (number - 1001) % 10
+        here = slice(row * size[0], (row + 1) * size[0]), slice(column * size[1], (column + 1) * size[1])
+        atlas[here] = _resize(parts[number], size)
+    return np.ascontiguousarray(atlas, np.float32)
 
 
 def _read_channel(pixels: Map, image: Image) -> Map:

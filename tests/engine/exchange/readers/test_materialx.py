@@ -295,7 +295,7 @@ def test_unknown_spaces_and_sets_of_tiles_are_refused_by_name(tmp_path: Path) ->
     image = '<image name="i" type="color3"><input name="file" type="filename" value="{}" colorspace="{}"/></image>'
     with pytest.raises(InputError, match="hydra_blue"):
         open_path(document(tmp_path, image.format("a.png", "hydra_blue") + surface))
-    with pytest.raises(InputError, match=r"UDIM.*1001"):
+    with pytest.raises(InputError, match=r"a\.1001\.png"):
         open_path(document(tmp_path, image.format("a.<UDIM>.png".replace("<", "&lt;"), "srgb_texture") + surface))
 
 

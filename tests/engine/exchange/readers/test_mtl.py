@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
+from engine.bundle.bundle import save_bundle
 from engine.core.errors import InputError
+from engine.core.steps import drain
 from engine.exchange.readers.read import find_doubt_of_parts, open_material
+from engine.geometry.camera import Camera
 from engine.geometry.mesh import read_mesh
+from engine.gl.direct import DirectRenderer
+from engine.render.direct import radiance
+from engine.render.reference import reference
 from engine.scene.material import Material
+from engine.scene.scene import Scene
 
 from .images import grey, png
 
@@ -59,10 +68,48 @@ def model(tmp_path: Path) -> Path:
     return tmp_path / "parts.obj"
 
 
-def test_a_set_of_udim_tiles_is_named_with_the_remedy(model: Path) -> None:
+def test_udim_tiles_lie_where_texture_coordinates_say(tmp_path: Path, gl: Any) -> None:
+    """A square over 2 × 3 tiles beside a texture that has none, under one lamp that faces it: each sixth its colour."""
+    tiles = {1001: (255, 0, 0), 1002: (0, 255, 0), 1011: (0, 0, 255), 1021: (255, 255, 0), 1022: (0, 255, 255)}
+    for number, colour in tiles.items():
+        png(tmp_path / f"base.{number}.png", np.full((4, 4, 3), colour))
+    png(tmp_path / "metal.png", grey(0))
+    corners = "v 0 0 0\nv 2 0 0\nv 2 3 0\nv 0 3 0\nvt 0 0\nvt 2 0\nvt 2 3\nvt 0 3\n"
+    (tmp_path / "square.obj").write_text(f"mtllib square.mtl\n{corners}usemtl a\nf 1/1 2/2 3/3 4/4\n")
+    (tmp_path / "square.mtl").write_text("newmtl a\nmap_Kd base.<UDIM>.png\nPr 1\nmap_Pm metal.png\n")
+    material, mesh = open_material(tmp_path / "square.obj", parts=True), read_mesh(tmp_path / "square.obj")
+    assert material.pbr is not None
+    assert (material.pbr.tiles, material.pbr.size) == (3, (12, 12))
+    assert any("3 × 3 tiles" in words for words in material.health.warnings)
+    saved = open_material(drain(save_bundle(tmp_path / "square.lightarc", material)))
+    assert saved.pbr is not None
+    assert saved.pbr.tiles == 3
+    camera = Camera((1.0, 1.5, 4.0), (1.0, 1.5, 0.0), (0.0, 1.0, 0.0), 41.11)  # 3 high
+    scene = Scene(mesh, camera, material.reflectance, material, light=(0.0, 0.0, 1.0), irradiance=np.pi, repeats=1.0)
+    renderer = DirectRenderer(gl)
+    images = (
+        drain(radiance(scene, (12, 12))),
+        renderer.radiance(scene, (12, 12)),
+        drain(reference(scene, (12, 12))).image,
+    )
+    renderer.release()
+    for (column, row), number in {
+        (0, 0): 1001,
+        (1, 0): 1002,
+        (0, 1): 1011,
+        (1, 1): 1001,
+        (0, 2): 1021,
+        (1, 2): 1022,
+    }.items():
+        for image in images:
+            found = image[11 - 4 * row - 1, 2 + 4 * column + 2, :3]  # within the tile
+            assert np.argsort(found > 0.3).tolist() == np.argsort(np.array(tiles.get(number)) > 0).tolist()
+
+
+def test_a_set_of_udim_tiles_without_any_is_named(model: Path) -> None:
     library = model.with_suffix(".mtl")
     library.write_text(MTL.replace("maps\\\\base.png", "maps/base.<UDIM>.png"))
-    with pytest.raises(InputError, match=r"UDIM tiles.*1001"):
+    with pytest.raises(InputError, match=r"base\.1001\.png"):
         open_material(model, parts=True)
 
 
