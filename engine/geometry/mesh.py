@@ -373,7 +373,8 @@ def complete(
     del normals, uv, colours
     used, place_of = list_used(faces, len(positions))
     figures["vertices_without_faces_dropped"] = len(positions) - len(used)
-    points, place = merge_points(np.where(np.isfinite(positions), positions, 0.0)[used])
+    positions = positions[used]
+    points, place = merge_points(positions)
     figures["vertices_at_the_same_place"] = len(place) - len(points)
     faces = place[place_of[faces]]
     del positions, used, place, place_of

@@ -127,11 +127,16 @@ def list_used(values: NDArray[np.integer[Any]], count: int) -> tuple[NDArray[np.
     return np.flatnonzero(is_used), np.cumsum(is_used) - 1
 
 
-def merge_points(positions: Points) -> tuple[Points, NDArray[np.int64]]:
-    """The different places (P, 3) among positions (V, 3), and the place (V,) of each; NaN and infinity count as 0."""
-    places = np.where(np.isfinite(positions), positions, 0.0)
-    first, index = equal_rows(places)
-    return places[first], index
+def merge_points(positions: Points, known: NDArray[np.bool_] | None = None) -> tuple[Points, NDArray[np.int64]]:
+    """The different places (P, 3) among positions (V, 3), and the place (V,) of each.
+
+    NaN and infinity count as 0, and so does what is not `known` (V,).
+    """
+    usable = np.isfinite(positions) if known is None else known[:, None]
+    places = np.where(usable, positions, 0.0)
+    places += 0.0  # without negative zeros
+    first, index = _equal_bits(places.view(np.uint64))
+    return np.where(usable[first], positions[first], 0.0), index
 
 
 def usable_faces(positions: Points, faces: NDArray[np.integer[Any]]) -> tuple[NDArray[np.bool_], dict[str, int]]:
@@ -151,7 +156,7 @@ def usable_faces(positions: Points, faces: NDArray[np.integer[Any]]) -> tuple[ND
     leave_out(np.any((faces < 0) | (faces >= len(positions)), axis=1), "faces_with_wrong_indices")
     finite = np.all(np.abs(positions) <= LARGEST, axis=1)
     leave_out(~np.all(finite[faces[usable]], axis=1), "faces_with_non_finite_vertices")
-    points, place = merge_points(np.where(finite[:, None], positions, 0.0))
+    points, place = merge_points(positions, finite)
     corners = place[faces[usable]]
     blocks = [corners[first : first + BLOCK] for first in range(0, max(len(corners), 1), BLOCK)]
     thickness = np.concatenate([_thickness(points, block) for block in blocks])

@@ -10,6 +10,7 @@ Cost: one read of a few kilobytes.
 
 from __future__ import annotations
 
+import gc
 import io
 import json
 import os
@@ -75,14 +76,17 @@ def read_stl(content: bytes, name: str) -> list[dict[str, Any]]:
             scene = trimesh.load_scene(io.BytesIO(content), file_type=kind, process=False)
         except (DeprecationWarning, ImportError, NameError, NotImplementedError, AssertionError) as error:
             raise InputError(name, f"is damaged or of an unknown kind ({error})", AGAIN) from None
-    solids = [each for each in scene.geometry.values() if hasattr(each, "faces")]
-    return [
+    found = [
         {
             "positions": np.asarray(solid.vertices, np.float64),
             "faces": np.asarray(solid.faces, np.int64).reshape(-1, 3),
         }
-        for solid in solids
+        for solid in scene.geometry.values()
+        if hasattr(solid, "faces")
     ]
+    del scene
+    gc.collect()  # what trimesh made refers to itself, and holds all arrays
+    return found
 
 
 #: Most bytes for reading a triangle, besides the file itself: measured by `python -m benchmarks --only large-models` on
