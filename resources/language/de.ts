@@ -18217,6 +18217,18 @@ Der Kopf eines PTM hat dafür keinen Platz.
    <source>beyond %1 texels a side the page shows averages, and finer texels in tiles of 8 bits</source>
    <translation>ab %1 Texeln je Kante zeigt die Seite Mittelwerte, feinere Texel in Kacheln mit 8 Bit</translation>
   </message>
+  <message>
+   <source>UDIM tiles are read as one texture of %1 × %2 tiles, %3 texels each at most</source>
+   <translation>UDIM-Kacheln werden als eine Textur von %1 × %2 Kacheln gelesen, von je höchstens %3 Texeln</translation>
+  </message>
+  <message>
+   <source>texture coordinates are to be divided by %1</source>
+   <translation>Texturkoordinaten sind durch %1 zu teilen</translation>
+  </message>
+  <message>
+   <source>%1 × %2 UDIM tiles are one texture: %3</source>
+   <translation>%1 × %2 UDIM-Kacheln sind eine Textur: %3</translation>
+  </message>
  </context>
  <context>
   <name>several</name>
