@@ -217,7 +217,6 @@ OPTIONS = {
     "busy-models": ("runs",),
     "large-memory": ("megapixels", "photographs"),
     "cluster-memory": ("vertices",),
-    "cluster-price": ("vertices",),
     "surface-sigma": ("scenes", "seed"),
     "fall-off": ("scenes", "seed"),
     "relighting": ("scenes", "seed", "data"),
@@ -286,7 +285,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=int,
         nargs="+",
         metavar="N",
-        help="vertices of the models of cluster-memory (5000 10000 20000) and cluster-price (5000)",
+        help="vertices of the models of cluster-memory (5000 10000 20000)",
     )
     parser.add_argument(
         "--photographs", type=int, metavar="N", help="photographs of large-memory; more than 10 are of a dome (10)"

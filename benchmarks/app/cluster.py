@@ -6,21 +6,19 @@ mapped files apart. Arrays that large bakes keep in unnamed files are kept there
 few, because their number adds nothing that grows with the model. The cube map has half the edge of the usual one, with
 which what a vertex sees takes the process that writes some 0.4 kB more.
 
-For prices, one relief is baked by one core of this machine, and by two workers that have a core each. The price is that
-of `lightarc plan --cluster` with the seconds of the first bake in place of predicted ones, so that the schedule alone
-is judged: order, stragglers, transfer and what stays behind. Workers have baked before, and are ready.
+For prices, the fits of a relief are given to workers that wait for known seconds, as various as those of a bake, and
+send as many bytes back: nothing but the schedule is judged that `lightarc plan --cluster` plays through, with order,
+stragglers, scheduler and transfer, also on a machine whose cores are busy. Workers are ready beforehand.
 """
 
 from __future__ import annotations
 
-import json
 import logging
 import os
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
-from dataclasses import asdict, replace
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,29 +27,28 @@ import trimesh
 
 from benchmarks.app.large_memory import memory_of
 from benchmarks.measure import Accuracy
-from engine.brdf.brdf import brdf_from_text
-from engine.core.cluster import Link, measure_cluster
+from engine.core.cluster import measure_cluster
 from engine.core.errors import InputError, MissingCapability
-from engine.core.steps import Step, Steps, drain
-from engine.geometry.camera import frame
+from engine.core.steps import Step, Steps, part
 from engine.geometry.shapes import open_mesh
-from engine.planning.costs.cost_model import CostModel
-from engine.planning.costs.machine_profile import quick_profile
-from engine.planning.costs.planned import planning_of
-from engine.planning.costs.setting import Setting
-from engine.planning.costs.spread import MODEL_BYTES, READY_S, Price, price
-from engine.scene.scene import Scene
-from engine.tradeoff.predict import Predictions
+from engine.planning.costs.sizes import LOBE_BYTES
+from engine.planning.costs.spread import ROUNDS, SERVICE_S, VARIES, Stage, schedule_s
+from engine.transport.baking.chunks import Recipe, Remote, Run, each_of, open_workers
+from engine.transport.gaussian.fitting.fit import Waits, blocks, list_touching
+from engine.transport.gaussian.fitting.flood_fill import Flood, flood
+from engine.transport.gaussian.fitting.views import VIEWS
 
 #: Vertices of the models without `--vertices` and of the largest one, and the memory that a worker may take for that.
 VERTICES, LARGEST, LIMIT_BYTES = (5_000, 10_000, 20_000), 2_000_000, 8 * 2**30
 
-#: Vertices of the model of which bakes are priced.
-PRICED = 5_000
+#: Vertices whose fits are priced, seconds of all of these, and workers.
+PRICED, PRICED_S, PRICED_WORKERS = 20_000, 40.0, (2, 4)
 
-#: Options of the bakes, and those of each mode.
-WORDS = ("--brdf", "ggx:kd=0.3,alpha=0.3,f0=0.2", "--cube", "32", "--fine", "1", "--no-check")
-MODES = {"gaussian": ("--mode", "gaussian", "--samples", "32"), "sh": ("--mode", "sh")}
+#: Options of the bakes.
+WORDS = (
+    *("--mode", "gaussian", "--brdf", "ggx:kd=0.3,alpha=0.3,f0=0.2", "--samples", "32", "--cube", "32", "--fine", "1"),
+    "--no-check",
+)
 
 #: The command line, with no array too small for a file.
 _COMMAND = "import sys, engine.storage.scratch as s; s.IN_MEMORY_BYTES = 0; from app.__main__ import main; main()"
@@ -84,7 +81,7 @@ def cluster_memory(folder: Path, vertices: Sequence[int] = VERTICES) -> Steps[li
         with distributed.LocalCluster(
             n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
         ) as cluster:
-            words = ["bake", str(model), *WORDS, *MODES["gaussian"], "--cluster", cluster.scheduler_address]
+            words = ["bake", str(model), *WORDS, "--cluster", cluster.scheduler_address]
             peaks.append((yield from _watch(words, folder, cluster, index / len(sizes), f"{count:,} vertices")))
     return [_find(who, sizes, peaks) for who in ("worker", "client")]
 
@@ -98,65 +95,62 @@ def _library() -> Any:
     return distributed
 
 
-def cluster_price(folder: Path, vertices: Sequence[int] = (PRICED,)) -> Steps[list[Accuracy]]:
-    """Errors of the predicted seconds of bakes on two workers, by Gaussians and by spherical harmonics."""
-    distributed, count = _library(), max(vertices)
-    if not hasattr(os, "sched_setaffinity") or (os.cpu_count() or 1) < 2:
-        raise MissingCapability("Processes cannot be kept on one core each", "Measure on Linux with two cores")
-    small, model = folder / "small.ply", folder / f"relief-{count}.ply"
-    make_relief(small, 400)
-    count, found = make_relief(model, count), list[Accuracy]()
-    yield Step(0.0, "measuring this machine")
-    costs = drain(quick_profile())
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
-    ) as cluster:
-        for core, worker in enumerate(cluster.workers.values()):
-            os.sched_setaffinity(worker.process.pid, {core})
-        _, link = measure_cluster(cluster.scheduler_address)
-        for index, (mode, own) in enumerate(MODES.items()):
-            words, there = [*WORDS, *own], ["--cluster", cluster.scheduler_address]
-            for number, mesh in enumerate((small, model)):
-                yield Step((index + 0.4 * number) / 2, f"{mode}, one core")
-                here_s = _bake_s([str(mesh), *words], folder, core=0)
-                yield Step((index + 0.4 * number + 0.3) / 2, f"{mode}, two workers")
-                there_s = _bake_s([str(mesh), *words, *there], folder)
-            expected = _price(costs, mode, model, here_s, link)
-            what = (
-                f"of the seconds of a bake of {count:,} vertices ({mode}) on two workers: {expected.bake_s:.1f} s "
-                f"predicted, {there_s:.1f} s taken, {here_s:.1f} s on one core; {expected.waiting_s:.1f} s of waiting "
-                f"and {expected.transfer_s:.1f} s of transfer at {link.bytes_per_s / 1e6:.0f} MB/s are part of it"
-            )
-            more = {**asdict(expected), "taken_s": there_s, "here_s": here_s, "link_bytes_per_s": link.bytes_per_s}
-            found.append(Accuracy(f"cluster-price-{mode}", abs(expected.bake_s / there_s - 1.0), what, None, more))
+def cluster_price(folder: Path) -> Steps[list[Accuracy]]:
+    """Errors of the predicted seconds of the fits of a bake on two and four workers that wait in place of computing."""
+    distributed = _library()
+    mesh = open_mesh(str(_make_model(folder / "relief.ply", PRICED)))
+    order = flood(mesh)
+    parts, found = blocks(order), list[Accuracy]()
+    starts, fitted = LOBE_BYTES * VIEWS, 4 * VIEWS * 13
+    sizes = np.array([len(part) for part in parts])
+    stage = Stage(PRICED_S, sizes, float(starts), float(fitted), *list_touching(order, parts))
+    varies = np.exp(np.random.default_rng(1).normal(-0.5 * VARIES**2, VARIES, len(parts)))
+    recipe = {"seconds": PRICED_S * sizes / sizes.sum() * varies, "back_bytes": fitted * sizes}
+    for index, workers in enumerate(PRICED_WORKERS):
+        with distributed.LocalCluster(
+            n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+        ) as cluster:
+            _, link = measure_cluster(cluster.scheduler_address)
+            with open_workers(Remote(cluster.scheduler_address, wait, recipe)) as run:
+                list(each_of(run, [(number, b"") for number in range(4 * workers)]))  # until workers are ready
+                taken_s = yield from part(_run_all(order, parts, run, starts * sizes), index / 2, (index + 1) / 2)
+        rounds = [schedule_s(stage, [1.0] * workers, link, SERVICE_S, seed) for seed in range(ROUNDS)]
+        expected_s = sum(rounds) / ROUNDS
+        what = (
+            f"of the seconds of {len(parts):,} fits of {len(mesh.positions):,} vertices on {workers} workers: "
+            f"{expected_s:.1f} s predicted, {taken_s:.1f} s taken, {PRICED_S / workers:.1f} s of waiting each"
+        )
+        more = {"predicted_s": expected_s, "taken_s": taken_s, "link_bytes_per_s": link.bytes_per_s}
+        found.append(Accuracy(f"cluster-price-{workers}", abs(expected_s / taken_s - 1.0), what, None, more))
     return found
 
 
-def _price(costs: CostModel, mode: str, path: Path, here_s: float, link: Link) -> Price:
-    """The price of a bake on two workers that are ready, each like the one core that took `here_s`."""
-    mesh = open_mesh(str(path))
-    brdf = brdf_from_text("ggx:kd=0.3,alpha=0.3,f0=0.2")
-    scene = Scene(mesh, frame(mesh.positions), brdf)
-    load, setting = Predictions(costs, scene, (1, 1), 1, 1, tables_made=False).load, Setting(mode)
-    predicted_s = planning_of(mode).cost(costs, setting, load).bake_s
-    stages = [each.scale(here_s / predicted_s) for each in planning_of(mode).stages(costs, setting, load, mesh)]
-    rest_s = here_s - sum(each.seconds for each in stages)
-    cold = price(stages, rest_s, MODEL_BYTES * load.vertices, [1.0, 1.0], link)
-    return replace(cold, bake_s=cold.bake_s - READY_S, waiting_s=cold.waiting_s - READY_S)
+def wait(recipe: Recipe) -> Callable[[Any], Any]:
+    """Maker of tasks that wait, and send bytes back."""
+
+    def make(task: tuple[int, bytes]) -> tuple[int, bytes]:
+        time.sleep(recipe["seconds"][task[0]])
+        return task[0], bytes(recipe["back_bytes"][task[0]])
+
+    return make
 
 
-def _bake_s(words: Sequence[str], folder: Path, core: int | None = None) -> float:
-    """Seconds of a bake, by one core where one is named."""
-    pinned = "" if core is None else f"import os; os.sched_setaffinity(0, {{{core}}}); "
-    command = f"{pinned}import sys; from app.__main__ import main; main()"
-    output = ["-o", str(folder / "baked.transport"), "--restart", "--json"]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    done = subprocess.run(
-        [sys.executable, "-c", command, "bake", *words, *output], capture_output=True, text=True, env=environment
-    )
-    if done.returncode:
-        raise InputError(words[0], f"could not be baked: {done.stderr.strip()[-300:]}", "Measure another model")
-    return float(json.loads(done.stdout)["bake_s"])
+def _run_all(order: Flood, parts: Sequence[Any], run: Run, sent_bytes: Any) -> Steps[float]:
+    """Seconds of all blocks, each begun when those are done that it starts from."""
+    waits, begun = Waits(order, parts, np.zeros(len(parts), bool)), time.monotonic()
+
+    def ask() -> tuple[int, bytes] | None:
+        return (number := waits.ready.popleft(), bytes(sent_bytes[number])) if waits.ready else None
+
+    for done, (number, _) in enumerate(run(ask)):
+        waits.finish(number)
+        yield Step(done / len(parts), f"fit {done:,} of {len(parts):,}")
+    return time.monotonic() - begun
+
+
+def _make_model(path: Path, count: int) -> Path:
+    make_relief(path, count)
+    return path
 
 
 def make_relief(path: Path, count: int) -> int:

@@ -313,7 +313,7 @@ def fit_pieces(
                 f"fitting vertex {count_text(done)} of {count_text(vertices)}",
                 Block(index, part, found),
             )
-    waits = _Waits(order, parts, found_before)
+    waits = Waits(order, parts, found_before)
 
     def ask() -> Piece | None:
         if not waits.ready:
@@ -346,7 +346,7 @@ def list_touching(order: Flood, parts: Sequence[Indices]) -> tuple[Indices, Indi
     return before, after
 
 
-class _Waits:
+class Waits:
     """Blocks that can be begun, `ready`, as those of the front before that they touch are done.
 
     `done` (blocks,) are those that are from the beginning.
