@@ -15,6 +15,7 @@ The time of a bake is estimated from some vertices of the model and of the groun
 from __future__ import annotations
 
 import importlib
+import math
 import threading
 import time
 import uuid
@@ -40,8 +41,8 @@ if TYPE_CHECKING:
 #: Data that all chunks of one bake share.
 Recipe = Mapping[str, Any]
 
-#: Chunks that are under way for each thread of the workers.
-AHEAD = 2
+#: Chunks that are under way for each thread of the workers, and seconds until these are counted again.
+AHEAD, WORKERS_S = 2, 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,9 +166,11 @@ def _results(
     """Submit tasks as workers can take them, and yield what is done."""
     entry, words = _entry(), (engine.__version__, token, remote.maker.__module__, remote.maker.__name__)
     under_way = set[Any]()
+    threads, asked_s = 0, -math.inf
     try:
         while True:
-            threads = count_threads(client, remote.address)
+            if time.monotonic() > asked_s + WORKERS_S:
+                threads, asked_s = count_threads(client, remote.address), time.monotonic()
             while len(under_way) < AHEAD * threads and (task := ask()) is not None:
                 key = f"lightarc-chunk-{token}-{uuid.uuid4().hex}"
                 under_way.add(client.submit(entry, *words, held, task, key=key, retries=2))
