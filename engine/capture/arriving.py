@@ -56,8 +56,9 @@ from engine.storage.untrusted import CHILDREN
 #: system has said that it was closed, and until one that cannot be decoded is given up.
 LOOK_S, STEADY_S, CLOSED_S, GIVE_UP_S = 0.2, 1.0, 0.1, 10.0
 
-#: Pixels of the photographs from which on a motion against the first is said, and is a warning.
-MOVES_PX, MOVED_PX = 0.5, 2.0
+#: Pixels of the images that are compared from which on a motion against the first photograph is said, and beyond those
+#: that other light on relief imitates (`engine.capture.registration.align`).
+MOVES_PX, MOVED_PX = 2.0, 8.0
 
 #: Numbers of photographs at which a mirror sphere is looked for.
 _SPHERE_AT = (4, 8, 16, 32)
@@ -378,7 +379,7 @@ class _Follow:
         ]
         expect = self.watching.expect
         if expect is None and self._listed is not None:
-            expect = len(self._listed.directions)
+            expect = self._listed.count
         awaited = tuple(printable(path) for path, file in self.files.items() if not file.is_over)
         listed = self._listed.directions if self._listed is not None else ()
         new, self._new = frozenset(path.name for path in self._new), set()
@@ -386,21 +387,23 @@ class _Follow:
 
     def _directions(self, paths: list[Path], taken: Sequence[_Taken]) -> dict[Path, Direction]:
         """The lights of photographs, as far as they are known: those that the sphere shows, else what is stated."""
-        if self.watching.sphere is not None:
-            self._look_at_sphere(taken)
+        outline = self.watching.sphere
+        if outline is None and self._listed is not None:
+            outline = self._listed.sphere
+        if outline is not None:
+            self._look_at_sphere(outline, taken)
             spots = {path: file.spot for path, file, _ in taken if isinstance(file.spot, tuple)}
             return {path: spot for path, spot in spots.items() if not isinstance(spot, UsageError)}
         stated = self._listed.match(paths) if self._listed is not None else from_names(paths)
         return {path: one for path, one in zip(paths, stated, strict=True) if one is not None}
 
-    def _look_at_sphere(self, taken: Sequence[_Taken]) -> None:
+    def _look_at_sphere(self, sphere: Circle | Literal["auto"], taken: Sequence[_Taken]) -> None:
         """Find the sphere, and the reflection of the lamp on it in each photograph of the usual size."""
         usual = [one for one in taken if (one[2].width, one[2].height) == (taken[0][2].width, taken[0][2].height)]
         greys = [kept.noted.grey for _, _, kept in usual if kept.noted.grey is not None]
         if not greys:
             return
         images, factor = np.stack(greys), reduction(usual[0][2].height, usual[0][2].width)
-        sphere = self.watching.sphere
         if isinstance(sphere, Circle):
             self._sphere = Circle(sphere.column / factor, sphere.row / factor, sphere.radius / factor)
         elif self._sphere is None and len(images) in _SPHERE_AT:
@@ -472,11 +475,14 @@ def _judge_all(
         twin = first.setdefault(image.tobytes(), name) if image.min() < image.max() else name
         if twin != name:
             said.append(Finding(Verdict.BAD, f"is the same image as {twin}: leave one of them out", name))
-        if file.moved_px is not None and file.moved_px >= MOVES_PX:
-            verdict = Verdict.WARNING if file.moved_px >= MOVED_PX else Verdict.NOTE
-            said.append(
-                Finding(verdict, f"is shifted by {number(file.moved_px)} px against the first photograph", name)
-            )
+        moved_px = file.moved_px or 0.0
+        compared_px = moved_px / reduction(one.height, one.width)
+        if compared_px >= MOVED_PX:
+            text = f"is shifted by {number(moved_px)} px against the first photograph"
+            said.append(Finding(Verdict.WARNING, text, name))
+        elif compared_px >= MOVES_PX:
+            text = f"seems shifted by {number(moved_px)} px against the first photograph, as other light can imitate"
+            said.append(Finding(Verdict.NOTE, text, name))
         if sees_sphere and isinstance(file.spot, UsageError):
             said.append(Finding(Verdict.WARNING, f"shows no lamp on the mirror sphere: {file.spot}", name))
         yield tuple(said), twin == name

@@ -13568,6 +13568,10 @@ MIT-Lizenz.</translation>
    <source>shows no lamp on the mirror sphere: %1</source>
    <translation>zeigt keine Lampe auf der Spiegelkugel: %1</translation>
   </message>
+  <message>
+   <source>seems shifted by %1 px against the first photograph, as other light can imitate</source>
+   <translation>scheint um %1 px gegen das erste Foto verschoben, was anderes Licht vortäuschen kann</translation>
+  </message>
  </context>
  <context>
   <name>engine/brdf</name>

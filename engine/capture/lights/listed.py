@@ -19,6 +19,7 @@ from engine.capture.lights.folder import capture_files
 from engine.capture.lights.light_angles import LIGHT_SUFFIXES
 from engine.capture.lights.light_file import read_lights
 from engine.capture.lights.light_positions import read_dome, read_light_positions
+from engine.capture.lights.mirror_sphere import Circle
 from engine.core.directions import surface_direction
 
 #: Elevation and azimuth in degrees, the azimuth None on an arc of which none is known.
@@ -30,13 +31,24 @@ COVERS_DEG, POINTS = 25.0, 2000
 
 @dataclass(frozen=True)
 class Listed:
-    """Lights of photographs, in the order of the list; the `names` of these are none where they count in that order."""
+    """Lights of photographs, in the order of the list; the `names` of these are none where they count in that order.
+
+    There are no directions where a mirror `sphere` of this outline tells them.
+    """
 
     directions: tuple[Direction, ...]
     names: tuple[str, ...] = ()
+    sphere: Circle | None = None
+
+    @property
+    def count(self) -> int | None:
+        """The number of photographs that are listed; None where none is."""
+        return max(len(self.directions), len(self.names)) or None
 
     def match(self, photographs: Sequence[Path]) -> list[Direction | None]:
         """The light of each photograph, None where the list does not tell it."""
+        if not self.directions:
+            return [None] * len(photographs)
         if not self.names:
             order = sorted(range(len(photographs)), key=lambda at: natural(photographs[at].name))
             places = {at: place for place, at in enumerate(order)}
@@ -61,10 +73,14 @@ def read_listed(files: Sequence[Path], angles_deg: Sequence[float] | None = None
     if found := capture_files(list(files)):
         from engine.capture.lights.capture_file import read_capture_file
 
-        entries = read_capture_file(found[0]).photographs
+        capture = read_capture_file(found[0])
+        entries, outline = capture.photographs, capture.sphere
+        sphere = None if outline is None else Circle(outline.column_px, outline.row_px, outline.radius_px)
+        names = tuple(entry.file for entry in entries)
+        if sphere is not None:
+            return Listed((), names, sphere)
         if entries and all(entry.elevation_deg is not None for entry in entries):
-            stated = tuple((float(entry.elevation_deg or 0.0), entry.azimuth_deg) for entry in entries)
-            return Listed(stated, tuple(entry.file for entry in entries))
+            return Listed(tuple((float(entry.elevation_deg or 0.0), entry.azimuth_deg) for entry in entries), names)
     lists = [path for path in files if path.suffix.lower() in LIGHT_SUFFIXES]
     if not lists:
         return None

@@ -132,7 +132,7 @@ def test_photographs_are_judged_beside_those_that_are_there(tmp_path: Path, deco
         "blurred": (1, lambda image: cv2.GaussianBlur(image, (0, 0), 3.0)),
         "is black": (2, lambda image: image // 400),
         "same image": (3, lambda _: images[0]),
-        "against the first": (4, lambda image: np.roll(images[0], (3, 4), (0, 1)) + np.uint16(9)),
+        "is shifted by 10 px": (4, lambda image: np.roll(images[0], (6, 8), (0, 1)) + np.uint16(9)),
         "clipped": (5, lambda image: np.where(image > np.median(image), np.uint16(65535), image)),
     }
     for at, change in changed.values():

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from engine.capture.lights.listed import COVERS_DEG, coverage, from_names, read_listed
+from engine.capture.lights.mirror_sphere import Circle
 
 
 def test_a_list_is_matched_by_names_numbers_and_order(tmp_path: Path) -> None:
@@ -24,6 +25,18 @@ def test_a_list_is_matched_by_names_numbers_and_order(tmp_path: Path) -> None:
     ordered = read_listed([], (10.0, 20.0))
     assert ordered is not None
     assert ordered.match([Path("b2.tif"), Path("b10.tif"), Path("b1.tif")]) == [(20.0, None), None, (10.0, None)]
+
+
+def test_a_sphere_tells_lights_in_place_of_a_list(tmp_path: Path) -> None:
+    file = tmp_path / "capture.toml"
+    file.write_text(
+        "[sphere]\ncolumn_px = 40.0\nrow_px = 50.0\nradius_px = 30.0\n"
+        '[[photographs]]\nfile = "a.tif"\n[[photographs]]\nfile = "b.tif"\n'
+    )
+    listed = read_listed([file])
+    assert listed is not None
+    assert (listed.directions, listed.count, listed.sphere) == ((), 2, Circle(40.0, 50.0, 30.0))
+    assert listed.match([Path("a.tif")]) == [None]
 
 
 def test_angles_of_names_come_with_each_photograph() -> None:
