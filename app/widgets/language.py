@@ -92,8 +92,8 @@ FILE_DIALOGS = ("getOpenFileName", "getOpenFileNames", "getSaveFileName", "getEx
 SENTENCES = (re.compile(r"(\n)"), re.compile(r"( · )"), re.compile(r"((?<=[.!?…]) )"))
 PARTS = tuple(map(re.compile, (r"(; )", r"(: )", r"(, )", r"([.:…]{1,3}$)", r"( \(|\)$)")))
 
-#: Templates with fewer letters (the second where a value begins them), or of one word, as '%1 directions', hold for
-#: values that are single words, numbers or texts with a translation; the shortest, as '%1 of %2', not for single words.
+#: Templates with fewer letters (the second where a value begins them), or of one word behind a value, as '%1 lights',
+#: hold for values that are single words, numbers or texts with a translation; the shortest not for single words.
 SHORT, SHORT_BEHIND, SHORTEST = 8, 12, 4
 
 _MESSAGE = re.compile(r"<source>([^<]{1,2000}+)</source>\s{0,99}+<translation>([^<]{1,3000}+)</translation>")
@@ -101,7 +101,7 @@ _WORD = re.compile(r"[^\W\d_]{2}")
 _NO_LETTER = re.compile(r"[\W\d_]")
 _NUMBER = re.compile(r"[−-]?[\d.,\u202f]{1,24}(?:$|\W)")
 _VALUE = re.compile(r"%(\d{1,2})")
-_END, _LINE_END = re.compile(r"[.!?] |\n"), re.compile(r"\n")
+_END, _LINE_END = re.compile(r"[.!?] |\n| · "), re.compile(r"\n")
 _MARK = re.compile(r"[.:…]{1,3}$")
 
 #: A number with a point, as the engine writes many, and the unit behind it.
@@ -109,6 +109,7 @@ _PLAIN = re.compile(r"([−-]?\d{1,9}+\.\d{1,9}+)( ?[^\s\d.,]{1,4})?$")
 
 #: Sources of a finding that are only counted, and verbs behind one source by those behind several.
 _MORE = re.compile(r"and \d{1,9} more(?=:? )")
+_ADDED = re.compile(r"(?<=.)(?:[.,;] | \()")
 _LINE = re.compile(r"[Ll]ine \d{1,9} ")
 _THEIR = re.compile(r"\btheir\b")
 _SINGULAR = {pluralise(verb): verb for verb in VERBS}
@@ -128,7 +129,7 @@ class Template:
     def find_values(self, text: str) -> list[str] | None:
         """The values with which the template is `text`, each as short as it can be; None where it is another text.
 
-        No value has a line break, and none in a template of one sentence goes beyond that.
+        No value has a line break, and none in a template of one sentence goes beyond that or a part behind '·'.
         """
         (first, *middle), last = self.pieces[:-1], self.pieces[-1]
         if len(text) < len(first) + len(last) or not (text.startswith(first) and text.endswith(last)):
@@ -221,6 +222,7 @@ def find_translation(text: str) -> str | None:
         _fill_template(bare, SHORT_BEHIND)
         or _translate_statement(bare)
         or _fill_template(bare, SHORT)
+        or _translate_addition(bare)
         or _translate_parts(bare, SENTENCES)
         or _fill_template(bare, SHORTEST)
         or _translate_end(bare)
@@ -244,10 +246,11 @@ def _other_case(text: str) -> str:
     return text[:1].swapcase() + text[1:]
 
 
-def _fill_template(text: str, letters: int) -> str | None:
+def _fill_template(text: str, letters: int, start: str = "") -> str | None:
     """The translation of the template with the most letters, and no fewer than `letters`, that `text` fits.
 
-    The text may have a mark more than the template behind it, and a capital where the template has none.
+    Only templates that begin with `start` count. The text may have a mark more than the template behind it, and a
+    capital where the template has none.
     """
     bare = _MARK.sub("", text)
     forms = [(bare, text[len(bare) :]), (text, "")] if bare != text else [(text, "")]
@@ -257,13 +260,19 @@ def _fill_template(text: str, letters: int) -> str | None:
     for place in sorted(chain.from_iterable(_with_word.get(word, ()) for word in words)):
         if _templates[place][0] < letters:
             return None
+        if not _templates[place][1].startswith(start):
+            continue
         for form, mark in forms:
-            if new := _fill(*_templates[place], form):
-                return (_other_case(new) if form[:1] != text[:1] else new) + mark
+            if form[:1] == text[:1]:
+                new = _fill(*_templates[place], form)
+            elif new := _fill(*_templates[place], form, is_other_case=True):
+                new = new[:1].upper() + new[1:]
+            if new:
+                return new + mark
     return None
 
 
-def _fill(size: int, source: str, text: str) -> str | None:
+def _fill(size: int, source: str, text: str, *, is_other_case: bool = False) -> str | None:
     """The translated template `source` of `size` letters with the values of `text`; None where it is another."""
     template = _template(source)
     values = template.find_values(text)
@@ -271,8 +280,10 @@ def _fill(size: int, source: str, text: str) -> str | None:
         return None
     known = [find_translation(value) or _write_number(value) for value in values]
     doubtful = [value for value, new in zip(values, known, strict=True) if not new and not _NUMBER.match(value)]
-    is_short = size < (SHORT if template.pieces[0] else SHORT_BEHIND) or source.count(" ") < 2
-    if (doubtful and size < SHORTEST) or (is_short and any(" " in value for value in doubtful)):
+    is_word = source.count(" ") < 2
+    is_short = size < SHORT or (not template.pieces[0] and (size < SHORT_BEHIND or is_word))
+    is_shortest = size < SHORTEST or (is_word and is_other_case)  # 'Material made' is none of 'material %1'
+    if (doubtful and is_shortest) or (is_short and any(" " in value for value in doubtful)):
         return None
     new = {name: new or value for name, value, new in zip(template.names, values, known, strict=True)}
     return _VALUE.sub(lambda found: new[found[1]], template.translation)
@@ -296,8 +307,21 @@ def _translate_statement(text: str) -> str | None:
         if word in VERBS and (phrase := _find_phrase(rest) or _fill_template(rest, SHORTEST)):
             line = _LINE.fullmatch(name) and _fill_template(name.lower(), SHORTEST)
             return f"{line or name}{phrase}"
+        said = rest.partition(" ")[2]
+        if word.endswith(":") and (phrase := _find_phrase(said) or _fill_template(said, SHORT)):
+            return f"{find_translation(name + word) or name + word} {phrase}"
         if word.endswith(".") or "\n" in word:
             return None
+    return None
+
+
+def _translate_addition(text: str) -> str | None:
+    """A text with another one that begins by a mark, since it stands behind others alone: ', the worst of all'."""
+    for found in _ADDED.finditer(text):
+        addition = text[found.start() :]
+        if new := _phrases.get(addition) or _fill_template(addition, SHORTEST, found[0]):
+            first = text[: found.start()]
+            return (find_translation(first) or first) + new
     return None
 
 

@@ -18771,6 +18771,14 @@ Der Kopf eines PTM hat dafür keinen Platz.
    <source>line %1</source>
    <translation>Zeile %1</translation>
   </message>
+  <message>
+   <source>%1 × none</source>
+   <translation>%1 × keines</translation>
+  </message>
+  <message>
+   <source>none</source>
+   <translation>keines</translation>
+  </message>
  </context>
  <context>
   <name>watch</name>

@@ -137,6 +137,7 @@ def test_a_text_is_translated_whole_by_its_template_and_part_by_part(german: Non
     assert language.translate("No photograph is used. Nothing was changed.") == (
         "Kein Foto wird verwendet. Nichts wurde geändert."
     )
+    assert language.translate("Aligning 8 of 10 · 30 s left") == "8 von 10 wird ausgerichtet · noch 30 s"
     assert language.translate("House of stone") == "House of stone", "no short template takes a name apart"
     assert language.translate("12.5 ms") == "12.5 ms"
 
@@ -161,6 +162,19 @@ def test_findings_about_many_photographs_are_translated(german: None) -> None:
     assert language.translate(
         "a b.tif and 4 more: 3 % of the pixels are clipped; a shorter exposure would keep them"
     ) == ("a b.tif und 4 weitere: 3 % der Pixel sind übersteuert; eine kürzere Belichtung würde sie erhalten")
+
+
+def test_a_text_that_stands_behind_another_is_translated_with_it(german: None) -> None:
+    worst = (
+        "a.tif is predicted from the others with an error of 68 % of its mean radiance, the worst of all (and 1 more)"
+    )
+    assert language.translate(worst) == (
+        "a.tif wird aus den anderen mit einem Fehler von 68 % seiner mittleren Strahldichte vorhergesagt, am "
+        "schlechtesten von allen (und 1 weitere)"
+    )
+    assert language.translate("a.tif: 3 % of the pixels are black (and 2 more)") == (
+        "a.tif: 3 % der Pixel sind schwarz (und 2 weitere)"
+    )
 
 
 def test_numbers_that_the_engine_wrote_with_a_point_are_in_the_form_of_the_language(german: None) -> None:
