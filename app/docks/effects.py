@@ -188,10 +188,12 @@ class EffectsDock(QDockWidget):
             self.words.setText(self.planning.words)
             enable(self.apply, self.planning.words or "There is no plan yet")
             return
-        within = "" if plan.satisfied else "Nothing keeps within the budget. Best for its cost is "
-        error, frame = percent(plan.predicted_error_rel), time_text(plan.predicted_frame_s)
-        about = f"about {error} and {frame}".replace(" ", "\u00a0")
-        self.words.setText(f"{within}{setting_text(plan.setting)}: {about}.")
+        figures = percent(plan.predicted_error_rel), time_text(plan.predicted_frame_s)
+        error, frame = (figure.replace(" ", "\u00a0") for figure in figures)
+        choice = f"{setting_text(plan.setting)}: about {error} and {frame}."
+        self.words.setText(
+            choice if plan.satisfied else f"Nothing keeps within the budget. Best for its cost is {choice}"
+        )
         interval = percent_range(*plan.error_interval_rel)
         expected = f"From where it was planned, the error is {interval} in 95 of 100 scenes that are predicted so."
         if plan.probability is not None:

@@ -90,7 +90,7 @@ FILE_DIALOGS = ("getOpenFileName", "getOpenFileNames", "getSaveFileName", "getEx
 
 #: Boundaries of the sentences and of the parts of a text, in the order in which they are tried.
 SENTENCES = (re.compile(r"(\n)"), re.compile(r"( · )"), re.compile(r"((?<=[.!?…]) )"))
-PARTS = tuple(map(re.compile, (r"(; )", r"(: )", r"(, )", r"([.:…]{1,3}$)", r"( \(|\)$)")))
+PARTS = tuple(map(re.compile, (r"(; )", r"(: )", r"(, )", r"([.:…]{1,3}$)", r"( \(|\)$)", r"(^[●○] {1,2})")))
 
 #: Templates with fewer letters (the second where a value begins them), or of one word behind a value, as '%1 lights',
 #: hold for values that are single words, numbers or texts with a translation; the shortest not for single words.
@@ -185,6 +185,8 @@ def _load(language: str) -> None:
         return
     messages = _MESSAGE.findall(path.read_text(encoding="utf-8"))
     _phrases = {unescape(source): unescape(translation) for source, translation in messages if translation}
+    for source in [source for source in _phrases if source != source.strip()]:  # stands beside others, or alone
+        _phrases.setdefault(source.strip(), _phrases[source].strip())
     sources = [source for source in _phrases if _VALUE.search(source)]
     _templates = sorted(((len(_NO_LETTER.sub("", source)), source) for source in sources), key=lambda each: -each[0])
     words = [[word for word in source.split(" ") if "%" not in word] for _, source in _templates]
@@ -330,7 +332,7 @@ def _translate_end(text: str) -> str | None:
     words = text.split(" ")
     for place in range(1, min(len(words) - 1, 8)):
         rest = " ".join(words[place:])
-        if rest[:1].islower() and (phrase := _find_phrase(rest)):
+        if words[place - 1][-1:] not in ",;:" and rest[:1].islower() and (phrase := _find_phrase(rest)):
             return f"{' '.join(words[:place])} {phrase}"
     return None
 

@@ -5729,12 +5729,12 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
    <translation>Es gibt noch keinen Plan</translation>
   </message>
   <message>
-   <source>Nothing keeps within the budget. Best for its cost is </source>
-   <translation>Nichts hält das Budget ein. Am besten für seine Kosten: </translation>
+   <source>%1: about %2 and %3.</source>
+   <translation>%1: etwa %2 und %3.</translation>
   </message>
   <message>
-   <source>about %1 and %2</source>
-   <translation>etwa %1 und %2</translation>
+   <source>Nothing keeps within the budget. Best for its cost is %1</source>
+   <translation>Nichts hält das Budget ein. Am besten für seine Kosten: %1</translation>
   </message>
   <message>
    <source>From where it was planned, the error is %1 in 95 of 100 scenes that are predicted so.</source>
@@ -18776,8 +18776,20 @@ Der Kopf eines PTM hat dafür keinen Platz.
    <translation>%1 × keines</translation>
   </message>
   <message>
-   <source>none</source>
-   <translation>keines</translation>
+   <source>directions %1</source>
+   <translation>Richtungen %1</translation>
+  </message>
+  <message>
+   <source>samples %1</source>
+   <translation>Abtastungen %1</translation>
+  </message>
+  <message>
+   <source>needed</source>
+   <translation>nötig</translation>
+  </message>
+  <message>
+   <source>skipped</source>
+   <translation>ausgelassen</translation>
   </message>
  </context>
  <context>
