@@ -17,6 +17,7 @@ Middle-drag\tmove
 Wheel\tzoom
 Ctrl+left-drag\tmove the light, rotate the environment
 Arrow keys\trotate the model (Ctrl: move the light, rotate the environment); + and - zoom
+Shift or Alt+arrow keys\tmove the model, move the line between both modes
 F\tframe the model, fit the image
 H, W, G\tbaked light: SH, wavelet, Gaussian
 Ctrl+Enter\tbake, or stop baking

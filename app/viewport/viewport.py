@@ -42,6 +42,9 @@ ARROWS = {
 }
 ZOOMS = {int(Qt.Key.Key_Plus): 2.0**-0.2, int(Qt.Key.Key_Minus): 2.0**0.2}
 
+#: Share of the height that a key pans by, and of the width that it moves the wipe line by, for each degree of `ARROWS`.
+PAN, WIPE = 0.01, 0.004
+
 #: Pixels that the mouse may move between press and release of a click.
 CLICK_PX = 3
 
@@ -340,13 +343,22 @@ class Viewport(QWidget):
             self.lamp_moved.emit(lamp, theta_deg, phi_deg, final)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Do by keys what drags do: arrows rotate the model, with Ctrl the light or the environment; + and − zoom."""
+        """Do by keys what drags do: arrows rotate the model, + and − zoom.
+
+        With Ctrl arrows move the light or the environment, with Shift they pan, with Alt they move the wipe line.
+        """
         right, up = ARROWS.get(event.key(), (0.0, 0.0))
+        held = event.modifiers()
         if self.camera is None or not (right or up or event.key() in ZOOMS):
             super().keyPressEvent(event)
         elif event.key() in ZOOMS:
             self._move(zoom(self.camera, ZOOMS[event.key()]))
-        elif not event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+        elif held & Qt.KeyboardModifier.ShiftModifier:
+            self._move(pan(self.camera, -PAN * right, -PAN * up))
+        elif held & Qt.KeyboardModifier.AltModifier:
+            if self.overlay.wipe is not None:
+                self.wipe_moved.emit(min(1.0, max(0.0, self.overlay.wipe + WIPE * right)))
+        elif not held & Qt.KeyboardModifier.ControlModifier:
             self.turn(-radians(right), -radians(up))
         elif self._is_lit_by_one():
             theta_deg, phi_deg = self.light_deg

@@ -6948,6 +6948,7 @@ Middle-drag	move
 Wheel	zoom
 Ctrl+left-drag	move the light, rotate the environment
 Arrow keys	rotate the model (Ctrl: move the light, rotate the environment); + and - zoom
+Shift or Alt+arrow keys	move the model, move the line between both modes
 F	frame the model, fit the image
 H, W, G	baked light: SH, wavelet, Gaussian
 Ctrl+Enter	bake, or stop baking
@@ -6998,6 +6999,7 @@ Mitte ziehen	verschieben
 Mausrad	zoomen
 Strg+links ziehen	Licht bewegen, Umgebung drehen
 Pfeiltasten	Modell drehen (Strg: Licht bewegen, Umgebung drehen); + und - zoomen
+Umschalt oder Alt+Pfeiltasten	das Modell verschieben, die Linie zwischen beiden Modi verschieben
 F	Modell oder Bild einpassen
 H, W, G	vorberechnetes Licht: SH, Wavelet, Gauß
 Strg+Eingabe	vorberechnen oder die Vorberechnung beenden

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
+import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QIcon
@@ -25,7 +26,7 @@ def viewing(window: MainWindow, qtbot: Any) -> MainWindow:
     return window
 
 
-def test_keys_act_on_the_workspace_in_front_unless_a_text_field_has_the_focus(viewing: MainWindow) -> None:
+def test_keys_act_on_the_workspace_in_front_unless_a_text_field_has_the_focus(viewing: MainWindow, qtbot: Any) -> None:
     look = lambda: viewing.bench.document.project.look  # noqa: E731
     viewing.view.tone_map.setFocus()
     QTest.keyClick(viewing.view.tone_map, Qt.Key.Key_R)
@@ -53,6 +54,17 @@ def test_keys_act_on_the_workspace_in_front_unless_a_text_field_has_the_focus(vi
     assert viewport.camera != camera, "arrow keys rotate the model"
     QTest.keyClick(viewport, Qt.Key.Key_Right, Qt.KeyboardModifier.ControlModifier)
     assert look().light_phi_deg == azimuth_deg + 5.0, "with Ctrl they move the light"
+    before = viewport.camera
+    QTest.keyClick(viewport, Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier)
+    assert before is not None
+    assert viewport.camera is not None
+    moved = np.subtract(viewport.camera.eye, before.eye)
+    assert np.allclose(moved, np.subtract(viewport.camera.target, before.target)), "with Shift they pan"
+    assert moved @ before.camera_from_world[0] < 0.0, "the model follows the key"
+    viewport.overlay.wipe = 0.5
+    with qtbot.waitSignal(viewport.wipe_moved) as wiped:
+        QTest.keyClick(viewport, Qt.Key.Key_Left, Qt.KeyboardModifier.AltModifier)
+    assert wiped.args == [pytest.approx(0.48)], "with Alt they move the wipe line"
     viewing.show_workspace("capture")
     QTest.keyClick(viewing, Qt.Key.Key_D)
     assert look().mode == "reference"
