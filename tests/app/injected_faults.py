@@ -323,6 +323,11 @@ def _functions() -> Iterator[Work]:
     yield reading("relight", lambda inputs: la.relight(inputs / "a.transport", size=(24, 16), samples=1))
     yield reading("plan ", lambda inputs: la.plan(inputs / "mesh.obj", "lambert", size=(24, 16)), rare=True)
     yield reading("tradeoff ", lambda inputs: _tradeoff(inputs), rare=True)
+
+    def running(inputs: Path, target: Path) -> Any:
+        return la.run_batch(inputs / "photographs", target, to=(), workers=1)
+
+    yield Work("run_batch", function=running, output="batch", read=open_batch, rare=True)
     yield Work(
         "draw_figures",
         function=lambda _, target: la.draw_figures("wang-2", target, quick=True),
