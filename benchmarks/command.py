@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.arguments.quantities import size_bytes
 from app.arguments.results import MEASURED_PAGE, SOAK_LOG, Input, Output
 from engine.core.errors import FileError, MissingCapability, UsageError
 from engine.core.figure_text import number, time_text
@@ -215,7 +216,7 @@ OPTIONS = {
     "cancel": ("runs", "seed"),
     "batch": ("runs", "seed"),
     "busy-models": ("runs",),
-    "large-memory": ("megapixels", "photographs"),
+    "large-memory": ("megapixels", "photographs", "limit_bytes"),
     "cluster-memory": ("vertices",),
     "surface-sigma": ("scenes", "seed"),
     "fall-off": ("scenes", "seed"),
@@ -295,6 +296,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Output(MEASURED_PAGE, Path),
         metavar="FILE",
         help="also write what was measured as a page (.md), with the machine, its load and the commit",
+    )
+    parser.add_argument(
+        "--limit",
+        dest="limit_bytes",
+        type=size_bytes,
+        metavar="SIZE",
+        help="memory that each command of large-memory is told to take at most, as 4GB (no limit)",
     )
     parser.add_argument(
         "--record",

@@ -1,4 +1,5 @@
-"""Memory and disk that large captures take: import with alignment, and `shade` to a bundle, each a process of its own.
+"""Memory and disk that large captures take: import with alignment, `shade` to a bundle, maps of the surface, and export
+to web pages with tiles, each a process of its own, which may be given a limit (`--memory`).
 
 Photographs of each size are made on the disk, as 16-bit TIFFs: ten under an arc of lamps, or more under a dome, of
 which `shade` makes planes. The memory of the process and of its decoders is sampled ten times a second, in
@@ -18,6 +19,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 import psutil
 
@@ -34,6 +36,9 @@ LIMIT_BYTES = 6 * 2**30
 #: Sizes without `--megapixels`: from them the slope is known within minutes.
 MEGAPIXELS = (6.0, 24.0, 48.0)
 
+#: By how much the memory of a process and its decoders may exceed the limit that it is given.
+BEYOND = 1.1
+
 _INTERVAL_S = 0.1
 
 
@@ -47,51 +52,75 @@ class Peak(NamedTuple):
 
 
 def large_memory(
-    folder: Path, megapixels: Sequence[float] = MEGAPIXELS, photographs: int = PHOTOGRAPHS
+    folder: Path,
+    megapixels: Sequence[float] = MEGAPIXELS,
+    photographs: int = PHOTOGRAPHS,
+    limit_bytes: int | None = None,
 ) -> Steps[list[Accuracy]]:
-    """Peaks in GiB at every size and their slope, for `import` and for `shade`, of so many `photographs`.
+    """Peaks in GiB at every size and their slope, for each of `_list_verbs`, of so many `photographs`.
 
-    `folder` needs room for some 280 bytes for each pixel of ten photographs, 42 GB for 150 megapixels, and for 20 bytes
-    for each pixel of each photograph of a dome. Raises UsageError for less than `PHOTOGRAPHS`.
+    `limit_bytes` is the memory that each verb is told to take at most. `folder` needs room for some 280 bytes for each
+    pixel of ten photographs, 42 GB for 150 megapixels, and for 20 bytes for each pixel of each photograph of a dome.
+    Raises UsageError for less than `PHOTOGRAPHS`.
     """
     if photographs < PHOTOGRAPHS:
         raise UsageError(f"--photographs {photographs}: large-memory takes {PHOTOGRAPHS} or more")
     if not Path("/proc/self/smaps_rollup").exists():
         raise MissingCapability("This system does not tell the memory of a process by kind", "Measure on Linux")
-    peaks: dict[str, list[Peak]] = {"import": [], "shade": []}
+    verbs = _list_verbs(folder)
+    peaks: dict[str, list[Peak]] = {name: [] for name in verbs}
+    limit = () if limit_bytes is None else ("--memory", f"{limit_bytes / 1e6:.6f}MB")
     for index, size in enumerate(sizes := sorted(megapixels)):
-        place, stack, bundle = (folder / name for name in ("photographs", "stack", "material.lightarc"))
+        place = folder / "photographs"
         yield Step(index / len(sizes), f"making photographs of {size:g} megapixels")
         shape = round(1000 * math.sqrt(size / 1.5)), round(1500 * math.sqrt(size / 1.5))
         yield from large_photographs(place, *shape) if photographs == PHOTOGRAPHS else _dome(place, *shape, photographs)
-        for verb, words in (("import", (place, "-o", stack)), ("shade", (stack, "-o", bundle))):
-            note = f"{verb} of {photographs} × {size:g} megapixels"
-            watched = _watch([verb, *map(str, words)], folder, (index + 0.5) / len(sizes), note)
-            peaks[verb].append((yield from watched))
+        for name, words in verbs.items():
+            note = f"{name} of {photographs} × {size:g} megapixels"
+            watched = _watch([*words, *limit], folder, (index + 0.5) / len(sizes), note)
+            peaks[name].append((yield from watched))
             discard(place)
-        for made in (stack, bundle):
+        for made in folder.iterdir():
             discard(made)
-    return [_find(verb, photographs, sizes, of_verb) for verb, of_verb in peaks.items()]
+    bound = LIMIT_BYTES if limit_bytes is None else BEYOND * limit_bytes
+    return [_find(name, photographs, sizes, of_verb, bound) for name, of_verb in peaks.items()]
+
+
+def _list_verbs(folder: Path) -> dict[str, list[str]]:
+    """Words of the command line by what is measured, each of which takes what the one before it has made."""
+    place, stack, bundle, maps, pages = (
+        str(folder / name) for name in ("photographs", "stack", "material.lightarc", "surface", "pages")
+    )
+    return {
+        "import": ["import", place, "-o", stack],
+        "shade": ["shade", stack, "-o", bundle],
+        "maps": ["normals", stack, "-o", maps, "--no-errors"],
+        "tiles": ["export", bundle, "--to", "web", "-o", pages],
+    }
 
 
 def _dome(folder: Path, height: int, width: int, count: int) -> Steps[None]:
-    """A matte relief with texture at all scales, a pixel or two apart, under `count` lamps, which its `.lp` places."""
+    """A matte, smooth relief of many colours, a pixel or two apart, under `count` lamps, which its `.lp` places."""
     make_folder(folder)
-    random = np.random.default_rng(0).random((3, -(-height // 8), -(-width // 8)), np.float32)
-    albedo, right, up = (np.kron(each, np.ones((8, 8), np.float32))[:height, :width] for each in random)
+    random = np.random.default_rng(0)
+    albedo = np.kron(random.random((-(-height // 8), -(-width // 8)), np.float32), np.ones((8, 8), np.float32))
+    albedo = albedo[:height, :width]
+    coarse = random.random((-(-height // 64), -(-width // 64)), np.float32)
+    relief = cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC)
+    right, down = (12.0 * np.diff(relief, axis=axis, append=relief.take([-1], axis=axis)) for axis in (1, 0))
     lines = [f"{count}\n"]
     for index in range(count):
         yield Step(index / count, "making photographs")
         z = 0.2 + 0.75 * (index + 0.5) / count
         x, y = (math.sqrt(1.0 - z * z) * of(math.pi * (3.0 - math.sqrt(5.0)) * index) for of in (math.cos, math.sin))
-        lit = (0.4 + 0.6 * albedo) * np.maximum(z - 0.6 * x * (right - 0.5) - 0.6 * y * (up - 0.5), 0.0)
+        lit = (0.4 + 0.6 * albedo) * np.maximum(z - x * right + y * down, 0.0) / np.sqrt(1.0 + right**2 + down**2)
         codes = np.roll(45000.0 * lit, (index % 3, index % 2), axis=(0, 1)).astype(np.uint16)
         write_tiff16(folder / f"dome_{index:03}.tif", np.repeat(codes[..., None], 3, axis=2), transfer="linear")
         lines.append(f"dome_{index:03}.tif {x:.6f} {y:.6f} {z:.6f}\n")
     write_bytes(folder / "lamps.lp", "".join(lines).encode())
 
 
-def _find(verb: str, photographs: int, sizes: Sequence[float], peaks: Sequence[Peak]) -> Accuracy:
+def _find(verb: str, photographs: int, sizes: Sequence[float], peaks: Sequence[Peak], bound_bytes: float) -> Accuracy:
     pixels = 1e6 * np.asarray(sizes)
     slopes = [
         float(np.polyfit(pixels, [getattr(peak, kind) for peak in peaks], 1)[0]) if len(peaks) > 1 else None
@@ -114,7 +143,7 @@ def _find(verb: str, photographs: int, sizes: Sequence[float], peaks: Sequence[P
         "slope_bytes_per_pixel": slopes[0],
         "slope_without_mapped_files_bytes_per_pixel": slopes[1],
     }
-    return Accuracy(f"{verb}-memory", peaks[-1].all_bytes / 2**30, what, LIMIT_BYTES / 2**30, more)
+    return Accuracy(f"{verb}-memory", peaks[-1].all_bytes / 2**30, what, bound_bytes / 2**30, more)
 
 
 def _watch(words: Sequence[str], folder: Path, done: float, note: str) -> Steps[Peak]:
