@@ -38,19 +38,19 @@ from engine.capture.lights.light_angles import LIGHT_SUFFIXES
 from engine.capture.lights.listed import Direction, Listed, coverage, from_names, read_listed
 from engine.capture.lights.mirror_sphere import Circle, find_highlights, find_sphere, light_direction
 from engine.capture.lights.sources import belongs, is_set_aside, list_entries
-from engine.capture.photograph.decode import LARGE_PIXELS, Reading
+from engine.capture.photograph.decode import Reading, count_at_once
 from engine.capture.photograph.grey_patch import GreyPatch
 from engine.capture.photograph.kinds import photograph_suffixes
 from engine.capture.registration.align import align
 from engine.capture.registration.pair_motion import largest_move
 from engine.capture.registration.texture import reduction
 from engine.capture.report import Quality, judge_each
+from engine.core.budget import free_bytes
 from engine.core.colour import to_display8
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import number
 from engine.core.health import Finding, Verdict
 from engine.core.steps import Step, Steps, drain
-from engine.storage.untrusted import CHILDREN
 
 #: Seconds between two looks at the folder, that a file stays as it is before it counts as complete, the same where the
 #: system has said that it was closed, and until one that cannot be decoded is given up.
@@ -271,7 +271,7 @@ class _Follow:
         """Begin to decode what is complete, and take what has been decoded; True where that changes what is shown."""
         changed, running = False, sum(file.reading is not None for file in self.files.values())
         sizes = [file.kept.width * file.kept.height for file in self.files.values() if file.kept is not None]
-        at_once = CHILDREN if sizes and max(sizes) <= LARGE_PIXELS else 1
+        at_once = count_at_once(max(sizes), free_bytes()) if sizes else 1
         for path, file in list(self.files.items()):
             stays_s = time.monotonic() - file.since_s
             if file.reading is not None:

@@ -153,6 +153,16 @@ def _limit_memory(memory_bytes: int) -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
 
 
+def _limit_of_data(memory_bytes: int) -> int:
+    """`memory_bytes`, or the memory that the parent was told to take at most, which holds for this process as well."""
+    if sys.platform != "linux":
+        return memory_bytes
+    import resource
+
+    soft = resource.getrlimit(resource.RLIMIT_DATA)[0]
+    return memory_bytes if soft == resource.RLIM_INFINITY else min(memory_bytes, soft)
+
+
 def _limit_time(seconds: float) -> None:
     """A second past the parent's own limit, for a parent that is gone; 0 lifts it."""
     if hasattr(signal, "alarm"):
@@ -181,7 +191,7 @@ def _answer(
         return {"problem": error.problem, "remedy": error.remedy, "path": os.fspath(error.path)}
     except _DAMAGE as error:
         if shortage(error) is not None:
-            limit = request["memory_bytes"] / 2**30
+            limit = _limit_of_data(request["memory_bytes"]) / 2**30
             return {"problem": f"needs more than {limit:.1f} GiB to decode", "remedy": "Make it smaller"}
         if isinstance(error, OSError) and error.errno in _OF_THE_SYSTEM:
             return _refusal(error)

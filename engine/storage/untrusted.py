@@ -61,8 +61,8 @@ PATIENCE = 4.0
 #: Seconds in which a decoder process has to start, which on a fresh machine includes compiling its kernels.
 START_LIMIT_S = 300.0
 
-#: Two photographs may be decoded at once.
-CHILDREN = 2
+#: Files that may be decoded at once: one for each core, two where there is one core, and no more than eight.
+CHILDREN = min(max(2, os.cpu_count() or 1), 8)
 
 #: Processes that wait for another file, at most.
 IDLE = CHILDREN
@@ -622,6 +622,11 @@ def _child(module: str, origin: str, folder: str) -> Iterator[_Child]:
             child.kill()
         elif child.alive:
             _keep(child)
+
+
+def list_processes() -> list[int]:
+    """The numbers of all decoder processes, busy or idle."""
+    return [child.process.pid for child in tuple(_running)]
 
 
 def expect(decoder: str, niceness: int = 0) -> None:

@@ -3,10 +3,10 @@ image.
 
 What had to be assumed (transfer function, levels, white balance, exposure) stands in the result.
 
-Photographs one after the other: while one is worked on the next is decoded, and two while one is waited for. Those of
-more than `LARGE_PIXELS` are decoded alone, so that no more than one is in memory.
+Photographs one after the other: while one is worked on the next ones are decoded, on all cores as far as there is
+memory for them; where it is short, one photograph at a time is decoded or worked on.
 
-Cost: as decoding on two cores; at most three photographs are in memory, one where they are large.
+Cost: as decoding on all cores that memory allows.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from engine.capture.photograph import bayer
 from engine.capture.photograph.kinds import RAW_SUFFIXES
+from engine.core.budget import free_bytes, thread_count
 from engine.core.errors import InputError
 from engine.core.steps import Step, Steps
 from engine.images import decode as images
@@ -314,9 +315,15 @@ def decode_exposure(content: bytes, name: str) -> dict[str, Any]:
 PATIENCE_S = 0.05
 
 
-#: Of the first photograph, from which on the others are not decoded before they are asked for: one needs some 16 bytes
-#: for each pixel, and twice that while it is decoded.
-LARGE_PIXELS = 60_000_000
+#: Bytes that a pixel of a photograph takes while it is worked on, and while it is decoded; and the part of the memory
+#: that is free which photographs may take.
+WORKED_ON_BYTES, DECODED_BYTES, OF_FREE = 16, 32, 0.5
+
+
+def count_at_once(pixels: int, free_bytes: int) -> int:
+    """Photographs of so many pixels that are decoded at once while one is worked on; 1 where none is meanwhile."""
+    room = int((OF_FREE * free_bytes / max(pixels, 1) - WORKED_ON_BYTES) // DECODED_BYTES)
+    return max(1, min(room, CHILDREN, max(2, thread_count())))
 
 
 class ReadAhead:
@@ -329,7 +336,7 @@ class ReadAhead:
         self._paths: Iterator[Path] = iter(paths)
         self._options = options
         self._readings: deque[Reading] = deque()
-        self._at_once = 1
+        self._at_once = 0  # not known yet
         self._start(1)
 
     def _start(self, count: int) -> None:
@@ -339,14 +346,15 @@ class ReadAhead:
 
     def next_photograph(self, done: float, note: str) -> Steps[Photograph]:
         """The next photograph; while it is waited for there are steps that say `done` and `note`."""
-        self._start(self._at_once)
+        self._start(max(1, self._at_once))
         reading = self._readings[0]
         yield Step(done, note)
         while not reading.wait(PATIENCE_S):
             yield Step(done, note)
         photograph = reading.photograph()
         self._readings.popleft()
-        self._at_once = CHILDREN if photograph.saturated.size <= LARGE_PIXELS else 1
+        if self._at_once == 0:
+            self._at_once = count_at_once(photograph.saturated.size, free_bytes())
         self._start(self._at_once - 1)
         return photograph
 
