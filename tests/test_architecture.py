@@ -56,6 +56,7 @@ EXCEPTIONS = {
     "engine/transport/baking/file_header.py os.open": READING,
     "engine/storage/scratch.py tempfile.TemporaryFile": "an unnamed file that vanishes with the process",
     "engine/storage/unpack.py tempfile.TemporaryFile": "an unnamed file that vanishes with the process",
+    "engine/storage/spilling.py os.open": "an unnamed file, by which is found whether there can be one",
     "engine/capture/lights/sources.py tempfile.TemporaryDirectory": "unpacked photographs, removed with their sources",
     "engine/storage/scratch.py np.memmap": "an unnamed file that vanishes with the process",
     "engine/exchange/blender.py tempfile.TemporaryDirectory": "what Blender makes a file of, removed with it",

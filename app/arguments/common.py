@@ -47,13 +47,14 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "type": thread_number,
         "metavar": "N",
         "help": "threads of kernels, linear algebra and drawing on the CPU (one for each CPU); photographs are decoded "
-        "by up to two processes beside them",
+        "by as many processes beside them, at least two",
     },
     "--memory": {
         "type": size_bytes,
         "metavar": "SIZE",
-        "help": "most memory, as 4GB: plans and batches stay below it, and on Linux what would take more ends with "
-        "exit code 6; decoder processes, which have their own limits, and files that are mapped are not part of it",
+        "help": "most memory, as 4GB: plans and batches stay below it; on Linux images that would take more lie in the "
+        "folder for temporary files, and what needs more all the same ends with exit code 6. Each process that decodes "
+        "photographs may take as much",
     },
 }
 
@@ -87,7 +88,10 @@ def limits(options: argparse.Namespace) -> Iterator[None]:
         if options.threads is not None:
             held.enter_context(limit_threads(options.threads))
         if options.memory is not None:
+            from engine.storage.spilling import spill_arrays  # it loads numpy
+
             held.enter_context(limit_memory(options.memory))
+            held.enter_context(spill_arrays(options.memory))
         yield
 
 

@@ -3,7 +3,8 @@
 Protocol, in both directions: one line of JSON. A request names the function that makes a capture, with its arguments;
 replies are steps, and at last the record, or the reason why there is none. What libraries print, and where a fault
 ended the process, is in the log of the capture. Where this process and its decoders take more memory than their limit,
-it says so and ends; on Linux an allocation beyond the limit fails first (`engine.core.budget.limit_memory`).
+it says so and ends; on Linux large arrays lie in files first (`engine.storage.spilling`), and what is beyond the limit
+all the same fails (`engine.core.budget.limit_memory`).
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from engine.core.budget import limit_memory, limit_threads
 from engine.core.errors import LightarcError, UsageError, file_failure, shortage
 from engine.core.figure_text import percent, size_text
 from engine.core.steps import Step, drain
+from engine.storage.spilling import spill_arrays
 
 #: Seconds between two looks at the memory that is taken, and between two steps that are told.
 LOOK_S, TELL_S = 1.0, 0.2
@@ -126,7 +128,7 @@ def _make(request: Mapping[str, Any], show: Callable[[Step], Any]) -> dict[str, 
     module, _, name = request["function"].partition(":")
     try:
         function = getattr(importlib.import_module(module), name)
-        with limit_memory(limit_bytes):
+        with limit_memory(limit_bytes), spill_arrays(limit_bytes):
             return {"record": drain(function(*request["arguments"]), show)}
     except (LightarcError, OSError, MemoryError) as error:
         lack = shortage(error)

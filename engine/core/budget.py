@@ -5,9 +5,9 @@ linear algebra follow variables that their libraries read when they are loaded, 
 where they are loaded already they are told as well.
 
 What `limit_memory` bounds on Linux is the private memory of this process that can be written to (RLIMIT_DATA):
-arrays, libraries and stacks, whether they have been touched or not. Beyond it an allocation fails. Files that are
-mapped, and decoder processes, which have limits of their own (`engine.storage.untrusted`), are not part of it. On other
-systems there is no such limit, and only decisions follow.
+arrays, libraries and stacks, whether they have been touched or not. Beyond it an allocation fails, before which
+`engine.storage.spilling` puts large arrays into files. Decoder processes may take as much each. On other systems there
+is no such limit, and only decisions follow.
 """
 
 from __future__ import annotations

@@ -9,6 +9,9 @@ import mmap
 import os
 import shutil
 import tempfile
+import weakref
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
@@ -21,6 +24,35 @@ from engine.storage.file_array import FileArray
 
 #: Larger arrays go to a file.
 IN_MEMORY_BYTES = 512 * 2**20
+
+#: File systems that lie in memory, and the folder whose files outlast a start of the machine, and so lie on a disk.
+_MEMORY_KINDS, _ON_DISK = ("tmpfs", "ramfs"), Path("/var/tmp")
+
+_mapped: weakref.WeakSet[mmap.mmap] = weakref.WeakSet()
+
+
+@contextmanager
+def keep_in_memory(size_bytes: int) -> Iterator[None]:
+    """Within the block arrays of more than so many bytes go to a file, if not smaller ones do."""
+    global IN_MEMORY_BYTES
+    before, IN_MEMORY_BYTES = IN_MEMORY_BYTES, min(size_bytes, IN_MEMORY_BYTES)
+    try:
+        yield
+    finally:
+        IN_MEMORY_BYTES = before
+
+
+def temporary_folder() -> Path:
+    """The system's folder for temporary files, or that of long-lived ones where the first lies in memory."""
+    place = Path(tempfile.gettempdir())
+    if not os.access(_ON_DISK, os.W_OK):
+        return place
+    try:
+        mounts = [line.split() for line in Path("/proc/mounts").read_text(errors="replace").splitlines()]
+    except OSError:  # another system than Linux
+        return place
+    holding = [(len(at), kind) for _, at, kind, *_ in mounts if place.resolve().is_relative_to(at)]
+    return _ON_DISK if holding and max(holding)[1] in _MEMORY_KINDS else place
 
 
 def scratch_array(shape: tuple[int, ...], dtype: DTypeLike, folder: Path | None = None) -> NDArray[Any]:
@@ -40,12 +72,12 @@ def scratch_place(size_bytes: int, folder: Path | None = None) -> Path | None:
     """
     if size_bytes <= IN_MEMORY_BYTES:
         return None
-    place = Path(tempfile.gettempdir())
+    place = temporary_folder()
     try:
         if folder is not None and shutil.disk_usage(place).free < 2 * size_bytes and os.access(folder, os.W_OK):
             return folder
     except OSError as error:
-        raise _no_room(place, size_bytes, error) from None
+        raise explain_no_room(place, size_bytes, error) from None
     return place
 
 
@@ -58,26 +90,52 @@ def array_in(place: Path | None, shape: tuple[int, ...], dtype: DTypeLike) -> ND
         return np.zeros(shape, dtype)
     size_bytes = _size_bytes(shape, dtype)
     try:
-        with tempfile.TemporaryFile(dir=place) as file:
-            _reserve(file, size_bytes)
-            return np.memmap(file, dtype=dtype, mode="r+", shape=shape)
+        with open_unnamed(place, size_bytes) as file:
+            array = np.memmap(file, dtype=dtype, mode="r+", shape=shape)
     except OSError as error:
-        raise _no_room(place, size_bytes, error) from None
+        raise explain_no_room(place, size_bytes, error) from None
+    _mapped.add(getattr(array, "_mmap"))  # noqa: B009 - numpy does not declare it
+    return array
+
+
+@contextmanager
+def open_unnamed(place: Path, size_bytes: int) -> Iterator[IO[bytes]]:
+    """A file of zeros without a name in the folder `place`, which vanishes with its last mapping; OSError for no room.
+
+    Its blocks are reserved.
+    """
+    with tempfile.TemporaryFile(dir=place) as file:
+        _reserve(file, size_bytes)
+        yield file
 
 
 def release(array: NDArray[Any] | FileArray) -> None:
     """Let the system reclaim the memory of a mapped array; its content stays. Other arrays are left alone."""
-    mapping = getattr(array, "_mmap", None)
+    release_mapping(getattr(array, "_mmap", None))
+
+
+def release_mapping(mapping: mmap.mmap | None) -> None:
+    """The same of a file that is mapped."""
     if mapping is not None and hasattr(mmap, "MADV_DONTNEED"):
         mapping.madvise(mmap.MADV_DONTNEED)
+
+
+def list_mapped() -> list[mmap.mmap]:
+    """The mapped files of all arrays that `array_in` has made and that are in use."""
+    return list(_mapped)
 
 
 def _size_bytes(shape: tuple[int, ...], dtype: DTypeLike) -> int:
     return int(np.prod(shape, dtype=np.int64)) * np.dtype(dtype).itemsize
 
 
-def _no_room(place: Path, size_bytes: int, error: OSError) -> OutputError:
-    problem = f"there is no room for {size_text(size_bytes)} of intermediate results ({error.strerror})"
+def explain_no_room(place: Path, size_bytes: int, error: OSError) -> OutputError:
+    """The failure that no room was found for a file of so many bytes in the folder `place`."""
+    try:
+        free = f", {size_text(shutil.disk_usage(place).free)} are free"
+    except OSError:
+        free = ""
+    problem = f"there is no room for {size_text(size_bytes)} of intermediate results ({error.strerror}{free})"
     return OutputError(place, problem, "Free some space or reduce the resolution")
 
 
