@@ -28,6 +28,9 @@ VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMB
 #: Memory beyond that of libraries without which no work gets far.
 ROOM_BYTES = 256 << 20
 
+#: Part of the memory that a user allows which a block of work may take.
+BLOCK_PART = 1 / 8
+
 _threads: int | None = None
 _memory_bytes: int | None = None
 
@@ -77,6 +80,12 @@ def free_bytes() -> int:
     """Bytes of memory that this process may still take."""
     free = int(psutil.virtual_memory().available)
     return free if _memory_bytes is None else max(0, min(free, _memory_bytes - _bytes_now()))
+
+
+def block_values(most: int, value_bytes: int) -> int:
+    """Values of a block of work of which each takes `value_bytes`: `most`, or what fills a part of the memory that a
+    user allows."""
+    return most if _memory_bytes is None else max(1, min(most, int(BLOCK_PART * _memory_bytes / value_bytes)))
 
 
 @contextmanager

@@ -28,6 +28,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from engine.capture.stack import ImageStack
+from engine.core.budget import block_values
 from engine.core.kernels import parallel, prange
 from engine.core.quickselect import nth_smallest
 from engine.core.steps import Step, Steps
@@ -75,8 +76,8 @@ GAP, MIN_REGION, SEEN_SHARE = 2.5, 64, 0.25
 #: Length of edges that end within a region, over the root of its area, from which its heights are doubted.
 OPEN_SHARE = 0.25
 
-#: Values of all photographs in a block of rows.
-BLOCK_VALUES = 1 << 24
+#: Values of all photographs in a block of rows at most, and bytes that one takes.
+BLOCK_VALUES, VALUE_BYTES = 1 << 24, 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +185,7 @@ def find_depth_edges(stack: ImageStack, used: NDArray[np.int64], directions: Arr
     places, shadowed = [np.empty((0, 2), np.int64)], [np.empty((0, len(used)), np.bool_)]
     side, towards = _towards(directions)
     upper, share = np.empty((height, width), np.float32), np.zeros((height, width), np.float32)
-    block = max(2 * ROWS, BLOCK_VALUES // (3 * len(used) * width))
+    block = max(2 * ROWS, block_values(BLOCK_VALUES, VALUE_BYTES) // (3 * len(used) * width))
     for first in range(0, height, block):
         yield Step(first / height, "looking for depth edges")
         last = min(first + block, height)

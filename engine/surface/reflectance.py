@@ -32,6 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.stack import ImageStack
+from engine.core.budget import block_values
 from engine.core.colour import REC_709
 from engine.core.steps import Step, Steps, part
 from engine.shading.directional.left_out import Texels
@@ -67,8 +68,8 @@ Array = NDArray[np.float64]
 #: Texels of the sample that tells the kinds, and the number of kinds.
 SAMPLE, KINDS = 4096, 6
 
-#: Values of all photographs in a block of rows, about 100 MB in single precision.
-BLOCK_VALUES = 1 << 24
+#: Values of all photographs in a block of rows at most, and bytes that one takes while it is fitted.
+BLOCK_VALUES, VALUE_BYTES = 1 << 24, 64
 
 #: Mean and deviation of roughness, and of the reflectance F: where photographs are enough to tell them, and where not.
 WIDE, NARROW = (0.5, 0.25, 0.05, 0.3), (0.5, 0.25, DIELECTRIC_F0, 0.02)
@@ -528,7 +529,8 @@ def fit_rows(
     `outside` (H, W) are taken to be black.
     """
     count, height, width = len(used), stack.radiance.shape[1], stack.radiance.shape[2]
-    block = max(1, BLOCK_VALUES // (3 * count * width * (1 if stack.diffuse is None else 2)))
+    values = block_values(BLOCK_VALUES, VALUE_BYTES)
+    block = max(1, values // (3 * count * width * (1 if stack.diffuse is None else 2)))
     for first in range(0, height, block):
         last = min(first + block, height)
         some = texels(stack, used, first, last)
