@@ -27,7 +27,7 @@ import base64
 import json
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -44,7 +44,7 @@ from engine.images.encode import encode_png
 from engine.scene.material import Material
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
-from engine.storage.scratch import release
+from engine.storage.scratch import ScratchFiles, release
 from engine.surface.pbr_maps import PbrMaps
 
 #: Texels of a tile and of its margin, a side.
@@ -217,12 +217,12 @@ class Extras:
 class _Images:
     """PNG images and bytes of their pixels by their names, as the data of the page call them."""
 
-    files: dict[str, bytes] = field(default_factory=dict)
+    files: ScratchFiles = field(default_factory=ScratchFiles)
     sizes: dict[str, int] = field(default_factory=dict)
 
     def put(self, name: str, pixels: NDArray[np.uint8]) -> str:
         """All are said to be sRGB, as canvases are, so that no browser converts their codes."""
-        self.files[f"{name}.png"] = encode_png(pixels)
+        self.files.put(f"{name}.png", encode_png(pixels))
         self.sizes[f"{name}.png"] = pixels.nbytes
         return f"{name}.png"
 
@@ -243,7 +243,7 @@ def viewer(material: Material, extras: Extras | None = None) -> str:
     return _one_file(data, images.files)
 
 
-def viewer_and_parts(material: Material, extras: Extras | None = None) -> tuple[str, dict[str, bytes]]:
+def viewer_and_parts(material: Material, extras: Extras | None = None) -> tuple[str, Mapping[str, bytes]]:
     """The same page as one file, and as `index.html` without code or styles, `lightarc.js`, `lightarc.css` and its
     images, by path, which hold all tiles."""
     data, images = _data_and_images(material, extras or Extras(), PIXELS_BESIDE)
@@ -253,17 +253,19 @@ def viewer_and_parts(material: Material, extras: Extras | None = None) -> tuple[
         "lightarc.css": _style(),
         "lightarc.js": _script(),
     }
-    parts = {name: content.encode() for name, content in text.items()} | images.files
-    return _one_file(*_within(data, images)), parts
+    page = _one_file(*_within(data, images))
+    for name, content in text.items():
+        images.files.put(name, content.encode())
+    return page, images.files
 
 
-def _one_file(data: dict[str, Any], files: dict[str, bytes]) -> str:
+def _one_file(data: dict[str, Any], files: Mapping[str, bytes]) -> str:
     data = {**data, "pictures": {name: base64.b64encode(content).decode() for name, content in files.items()}}
     style, script = (f"<{tag}>\n{text}</{tag}>" for tag, text in (("style", _style()), ("script", _script())))
     return _document(data, _WITHIN, style, script)
 
 
-def _within(data: dict[str, Any], images: _Images) -> tuple[dict[str, Any], dict[str, bytes]]:
+def _within(data: dict[str, Any], images: _Images) -> tuple[dict[str, Any], Mapping[str, bytes]]:
     """The part of a page that has room in one file: without the finest tiles where they are too large."""
     pyramid = data.get("pyramid")
     if pyramid is None:
@@ -272,7 +274,8 @@ def _within(data: dict[str, Any], images: _Images) -> tuple[dict[str, Any], dict
     sizes = [(height, width) for width, height in pyramid["levels"]]
     finest = _finest(sizes, pyramid["layers"], PIXELS_WITHIN - of_maps)
     left_out = tuple(f"tiles/{name}-{level}-" for name, first in finest.items() for level in range(first))
-    files = {name: content for name, content in images.files.items() if not (left_out and name.startswith(left_out))}
+    names = [name for name in images.files if not (left_out and name.startswith(left_out))]
+    files = {name: images.files[name] for name in names}
     return {**data, "pyramid": {**pyramid, "finest": finest}}, files
 
 

@@ -9,11 +9,14 @@ and a scale bar where the width of the sample is known (`engine.bundle.page`).
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 from engine.bundle.page import VIEWER_SIDE, Extras, viewer_and_parts
 from engine.core.steps import Step, Steps
 from engine.exchange.loss import Shown, material_shown
 from engine.exchange.shaders import law_alone_shown
-from engine.exchange.subject import Contents, Settings, Subject, fit_warnings
+from engine.exchange.subject import Contents, Files, Settings, Subject, fit_warnings
 from engine.exchange.textures import wide_warnings
 
 _EMBED = """<iframe src="strict/index.html" title="{name}" width="900" height="600" loading="lazy"
@@ -35,9 +38,10 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     yield Step(0.0, "writing the page")
     extras = Extras(loss, subject.maps, settings.width_mm)
     page, parts = viewer_and_parts(subject.material, extras)
-    files = {f"{subject.name}.html": page.encode(), **{f"strict/{path}": content for path, content in parts.items()}}
+    files: dict[str, bytes | Callable[[], bytes]] = {f"{subject.name}.html": page.encode()}
+    files |= {f"strict/{path}": partial(parts.__getitem__, path) for path in parts}
     files["embed.html"] = _EMBED.format(name=subject.name).encode()
-    return Contents(files, 24.0, (*fit_warnings(subject), *_round(subject), *wide_warnings(subject)))
+    return Contents(Files(files), 24.0, (*fit_warnings(subject), *_round(subject), *wide_warnings(subject)))
 
 
 def _round(subject: Subject) -> list[str]:

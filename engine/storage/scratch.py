@@ -10,7 +10,7 @@ import os
 import shutil
 import tempfile
 import weakref
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
@@ -123,6 +123,37 @@ def release_mapping(mapping: mmap.mmap | None) -> None:
 def list_mapped() -> list[mmap.mmap]:
     """The mapped files of all arrays that `array_in` has made and that are in use."""
     return list(_mapped)
+
+
+class ScratchFiles(Mapping[str, bytes]):
+    """Contents by their names, together in memory up to `IN_MEMORY_BYTES` and beyond in an unnamed file.
+
+    OutputError where the disk has no room.
+    """
+
+    def __init__(self) -> None:
+        self._folder = temporary_folder()
+        self._file = tempfile.SpooledTemporaryFile(IN_MEMORY_BYTES, dir=str(self._folder))  # noqa: SIM115 - ends with this
+        self._places: dict[str, tuple[int, int]] = {}
+
+    def put(self, name: str, content: bytes) -> None:
+        """Add a content, or put it in the place of another of its name."""
+        try:
+            self._places[name] = self._file.seek(0, os.SEEK_END), len(content)
+            self._file.write(content)
+        except OSError as error:
+            raise explain_no_room(self._folder, len(content), error) from None
+
+    def __getitem__(self, name: str) -> bytes:
+        start, size_bytes = self._places[name]
+        self._file.seek(start)
+        return self._file.read(size_bytes)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
 
 
 def _size_bytes(shape: tuple[int, ...], dtype: DTypeLike) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 from pathlib import Path
 from typing import Any, cast
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -79,3 +80,17 @@ def test_a_folder_that_cannot_be_written_gives_way_to_the_temporary_one(
     array = scratch_array((100, 100), np.float32, tmp_path / "absent")
     array[0] = 1
     assert array[0].all()
+
+
+def test_contents_by_name_lie_in_a_file_beyond_what_memory_may_hold(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(scratch, "IN_MEMORY_BYTES", 100)
+    files = scratch.ScratchFiles()
+    for name, content in (("a", b"1" * 60), ("b", b"2" * 60), ("a", b"3" * 5)):
+        files.put(name, content)
+    assert dict(files) == {"a": b"3" * 5, "b": b"2" * 60}
+    assert cast(Any, files._file)._rolled
+    monkeypatch.setattr(files._file, "write", Mock(side_effect=OSError(errno.ENOSPC, "full")))
+    with pytest.raises(OutputError, match=r"no room for 3 B .*full.* are free"):
+        files.put("c", b"abc")
