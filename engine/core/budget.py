@@ -5,7 +5,8 @@ linear algebra follow variables that their libraries read when they are loaded, 
 where they are loaded already they are told as well.
 
 What `limit_memory` bounds on Linux is the private memory of this process that can be written to (RLIMIT_DATA):
-arrays, libraries and stacks, whether they have been touched or not. Beyond it an allocation fails, before which
+arrays, libraries and stacks. What of it was reserved and not touched when the limit was set, some 400 MB of libraries
+and stacks, takes no memory and does not count. Beyond the limit an allocation fails, before which
 `engine.storage.spilling` puts large arrays into files. Decoder processes may take as much each. On other systems there
 is no such limit, and only decisions follow.
 """
@@ -33,6 +34,7 @@ BLOCK_PART = 1 / 8
 
 _threads: int | None = None
 _memory_bytes: int | None = None
+_untouched_bytes = 0
 
 
 def thread_count() -> int:
@@ -79,7 +81,7 @@ def _limit_libraries(count: int) -> Iterator[None]:
 def free_bytes() -> int:
     """Bytes of memory that this process may still take."""
     free = int(psutil.virtual_memory().available)
-    return free if _memory_bytes is None else max(0, min(free, _memory_bytes - _bytes_now()))
+    return free if _memory_bytes is None else max(0, min(free, _memory_bytes - count_bytes()))
 
 
 def block_values(most: int, value_bytes: int) -> int:
@@ -91,11 +93,16 @@ def block_values(most: int, value_bytes: int) -> int:
 @contextmanager
 def limit_memory(memory_bytes: int) -> Iterator[None]:
     """Within the block this process has at most `memory_bytes`; UsageError where it has little less already."""
-    global _memory_bytes
-    least = _bytes_now() + ROOM_BYTES
+    global _memory_bytes, _untouched_bytes
+    before, untouched = _memory_bytes, _untouched_bytes
+    if sys.platform == "linux":
+        used = psutil.Process().memory_info()
+        _untouched_bytes = max(0, int(used.data - (used.rss - used.shared)))
+    least = count_bytes() + ROOM_BYTES
     if memory_bytes < least:
+        _untouched_bytes = untouched
         raise UsageError(f"{size_text(memory_bytes)} of memory are too little; {size_text(least)} are the least")
-    before, _memory_bytes = _memory_bytes, memory_bytes
+    _memory_bytes = memory_bytes
     try:
         if sys.platform != "linux":
             yield
@@ -103,16 +110,21 @@ def limit_memory(memory_bytes: int) -> Iterator[None]:
         import resource  # of Unix alone
 
         soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
-        resource.setrlimit(resource.RLIMIT_DATA, (memory_bytes, hard))
+        resource.setrlimit(resource.RLIMIT_DATA, (_lower_to(memory_bytes + _untouched_bytes, hard), hard))
         try:
             yield
         finally:
             resource.setrlimit(resource.RLIMIT_DATA, (soft, hard))
     finally:
-        _memory_bytes = before
+        _memory_bytes, _untouched_bytes = before, untouched
 
 
-def _bytes_now() -> int:
+def count_bytes() -> int:
     """Memory of this process as the limit counts it on Linux, and resident memory elsewhere."""
     used = psutil.Process().memory_info()
-    return int(used.data if sys.platform == "linux" else used.rss)
+    return int(used.data - _untouched_bytes if sys.platform == "linux" else used.rss)
+
+
+def _lower_to(size_bytes: int, hard: int) -> int:
+    """A soft limit that the system takes: no more than the `hard` one, which is negative where there is none."""
+    return size_bytes if hard < 0 else min(size_bytes, hard)

@@ -34,6 +34,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from engine.core.budget import count_bytes
 from engine.storage import scratch
 from engine.storage.atomic import free_bytes
 from engine.storage.untrusted import list_processes
@@ -57,9 +58,6 @@ RELEASE_PART, LOOK_S = 0.8, 0.05
 #: that large arrays may still take in memory, and size and cause of the last that the disk had no room for; the second
 #: the bytes that are free on the disk.
 MAX_ARRAYS, _COLUMNS, _NOTES = 1 << 14, 3, 2
-
-#: Places of the bytes in memory, and of all that can be written to, in proc_pid_statm(5).
-_RESIDENT, _DATA = 1, 5
 
 #: Places of functions in numpy's table for C (numpy/__multiarray_api.h), which keeps them from version to version.
 _SET_HANDLER, _GET_HANDLER = 304, 305
@@ -135,7 +133,7 @@ def _keep(limit_bytes: int, folder: Path, release_all: Callable[[], None], ended
     """Give pages of files back whenever the processes have more than the limit, until the event is set."""
     while not ended.wait(LOOK_S):
         _note_room(limit_bytes, folder)
-        if sum(_read_pages(one)[_RESIDENT] for one in (os.getpid(), *list_processes())) > RELEASE_PART * limit_bytes:
+        if sum(map(_count_resident, (os.getpid(), *list_processes()))) > RELEASE_PART * limit_bytes:
             release_all()
             for mapping in scratch.list_mapped():
                 scratch.release_mapping(mapping)
@@ -143,17 +141,17 @@ def _keep(limit_bytes: int, folder: Path, release_all: Callable[[], None], ended
 
 def _note_room(limit_bytes: int, folder: Path) -> None:
     """Note how many bytes large arrays may still take in memory and on the disk."""
-    _table[0] = max(0, round(IN_MEMORY_PART * limit_bytes) - _read_pages(os.getpid())[_DATA])
+    _table[0] = max(0, round(IN_MEMORY_PART * limit_bytes) - count_bytes())
     with suppress(OSError):
         _table[_COLUMNS] = free_bytes(folder)
 
 
-def _read_pages(process: int) -> list[int]:
-    """The bytes of a process by kind, in the order of proc_pid_statm(5); zeros for one that has ended."""
+def _count_resident(process: int) -> int:
+    """Bytes that a process has in memory (proc_pid_statm(5)); 0 for one that has ended."""
     try:
-        return [int(pages) * mmap.PAGESIZE for pages in Path(f"/proc/{process}/statm").read_bytes().split()]
+        return int(Path(f"/proc/{process}/statm").read_bytes().split()[1]) * mmap.PAGESIZE
     except OSError:
-        return [0] * 7
+        return 0
 
 
 @cache

@@ -29,7 +29,8 @@ def test_threads_of_pools_and_libraries_are_limited_within_the_block(monkeypatch
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such limit")
 def test_memory_beyond_the_limit_is_not_given() -> None:
-    limit = psutil.Process().memory_info().data + (400 << 20)
+    about = psutil.Process().memory_info()
+    limit = about.rss - about.shared + (400 << 20)
     with budget.limit_memory(limit):
         assert budget.free_bytes() <= 400 << 20
         with pytest.raises(MemoryError):

@@ -75,7 +75,7 @@ def test_pages_are_given_back_while_the_process_has_more_than_its_limit() -> Non
             patience_s -= 0.02
         assert patience_s > 0.0
         assert np.array_equal(values[:: 1 << 20], np.arange(8) << 20)
-    assert spilling._read_pages(1 << 30)[1] == 0  # a process that has ended
+    assert spilling._count_resident(1 << 30) == 0  # a process that has ended
 
 
 def test_a_disk_without_room_is_told_with_what_is_needed_and_free() -> None:
