@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 
+from app.widgets.fitting import Elided
 from app.widgets.panels import Rows, text
 from app.widgets.theme import ROW, STEP, role
 from engine.core.figure_text import number
@@ -87,7 +88,7 @@ class Candidates(Rows):
             caption.setText(heading)
             caption.setToolTip(hint)
             grid.addWidget(caption, 0, column)
-        self.lines = [[text(""), *(_right() for _ in COLUMNS)] for _ in range(MAXIMUM)]
+        self.lines: list[list[QLabel]] = [[Elided(), *(_right() for _ in COLUMNS)] for _ in range(MAXIMUM)]
         for row, line in enumerate(self.lines, start=1):
             grid.setRowMinimumHeight(row, ROW)
             for column, cell in enumerate(line):
