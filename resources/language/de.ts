@@ -6324,6 +6324,14 @@ Ihre Arbeit ist noch da. %2.</translation>
    <translation>Fotos eines gewebten Tuchs in voller Größe simulieren, importieren und das Material erzeugen</translation>
   </message>
   <message>
+   <source>Watch…</source>
+   <translation>Mitverfolgen…</translation>
+  </message>
+  <message>
+   <source>Take photographs in while a camera writes them, and import them when all are there</source>
+   <translation>Fotos aufnehmen, während eine Kamera sie schreibt, und importieren, sobald alle da sind</translation>
+  </message>
+  <message>
    <source>Batch…</source>
    <translation>Stapel…</translation>
   </message>
@@ -6754,14 +6762,6 @@ Ihre Arbeit ist noch da. %2.</translation>
   <message>
    <source>This project is read-only; save it under another name first</source>
    <translation>Dieses Projekt ist schreibgeschützt; zuerst unter einem anderen Namen speichern</translation>
-  </message>
-  <message>
-   <source>Watch…</source>
-   <translation>Mitverfolgen…</translation>
-  </message>
-  <message>
-   <source>Take photographs in while a camera writes them, and import them when all are there</source>
-   <translation>Fotos aufnehmen, während eine Kamera sie schreibt, und importieren, sobald alle da sind</translation>
   </message>
  </context>
  <context>
@@ -8262,6 +8262,99 @@ MIT-Lizenz.</translation>
   </message>
  </context>
  <context>
+  <name>watch</name>
+  <message>
+   <source>Install it with: pip install 'lightarc[camera]'</source>
+   <translation>Installieren Sie sie mit: pip install 'lightarc[camera]'</translation>
+  </message>
+  <message>
+   <source>Photographs from a camera need the library gphoto2</source>
+   <translation>Fotos von einer Kamera brauchen die Bibliothek gphoto2</translation>
+  </message>
+  <message>
+   <source>Check that it is switched on, connected, and not in use by another program (as a file manager)</source>
+   <translation>Prüfen Sie, dass sie eingeschaltet und verbunden ist und von keinem anderen Programm (wie einem Dateimanager) benutzt wird</translation>
+  </message>
+  <message>
+   <source>the camera</source>
+   <translation>die Kamera</translation>
+  </message>
+  <message>
+   <source>cannot be used (%1)</source>
+   <translation>ist nicht verwendbar (%1)</translation>
+  </message>
+  <message>
+   <source>Filled: the photograph is there. Hollow: it is expected</source>
+   <translation>Gefüllt: Das Foto ist da. Hohl: Es wird erwartet</translation>
+  </message>
+  <message>
+   <source>%1
+elevation %2°, azimuth %3°</source>
+   <translation>%1
+Elevation %2°, Azimut %3°</translation>
+  </message>
+  <message>
+   <source>Watch</source>
+   <translation>Mitverfolgen</translation>
+  </message>
+  <message>
+   <source>Photographs that are there</source>
+   <translation>Fotos, die da sind</translation>
+  </message>
+  <message>
+   <source>Take photographs in while they are taken</source>
+   <translation>Fotos übernehmen, während sie aufgenommen werden</translation>
+  </message>
+  <message>
+   <source>The folder in which the camera or the controller of the dome writes its photographs</source>
+   <translation>Der Ordner, in den die Kamera oder die Steuerung der Lichtkuppel ihre Fotos schreibt</translation>
+  </message>
+  <message>
+   <source>as listed</source>
+   <translation>wie gelistet</translation>
+  </message>
+  <message>
+   <source>The capture ends when so many are there; without a number, as many as a list of lights names</source>
+   <translation>Die Aufnahme endet, wenn so viele da sind; ohne Zahl so viele, wie eine Liste der Lichter nennt</translation>
+  </message>
+  <message>
+   <source>Finish</source>
+   <translation>Fertig</translation>
+  </message>
+  <message>
+   <source>Watching a folder</source>
+   <translation>Ein Ordner wird verfolgt</translation>
+  </message>
+  <message>
+   <source>Cancelled; the photographs stay in their folder</source>
+   <translation>Abgebrochen; die Fotos bleiben in ihrem Ordner</translation>
+  </message>
+  <message>
+   <source>Waiting for photographs</source>
+   <translation>Wartet auf Fotos</translation>
+  </message>
+  <message>
+   <source>A capture needs two photographs at least</source>
+   <translation>Eine Aufnahme braucht mindestens zwei Fotos</translation>
+  </message>
+  <message>
+   <source>%1 photographs are there, and are imported</source>
+   <translation>%1 Fotos sind da und werden importiert</translation>
+  </message>
+  <message>
+   <source>Lights cover %1 of the dome</source>
+   <translation>Lichter decken %1 der Kuppel ab</translation>
+  </message>
+  <message>
+   <source>Choose a folder</source>
+   <translation>Wählen Sie einen Ordner</translation>
+  </message>
+  <message>
+   <source>Import the photographs that are there</source>
+   <translation>Die Fotos importieren, die da sind</translation>
+  </message>
+ </context>
+ <context>
   <name>jobs</name>
   <message>
    <source>Writes what the user confirmed: starts at once, and closing the window waits for it.</source>
@@ -9121,10 +9214,6 @@ MIT-Lizenz.</translation>
    <translation>nullgefüllter Speicher ließ sich nicht abbilden</translation>
   </message>
   <message>
-   <source>cannot be used (%1)</source>
-   <translation>ist nicht verwendbar (%1)</translation>
-  </message>
-  <message>
    <source>Check that it is there and its permissions</source>
    <translation>Prüfen, ob es da ist, und seine Rechte</translation>
   </message>
@@ -9528,14 +9617,6 @@ MIT-Lizenz.</translation>
    <translation>%1 Bytes</translation>
   </message>
   <message>
-   <source>names a set of UDIM tiles (%1), of which one is read at a time</source>
-   <translation>nennt einen Satz von UDIM-Kacheln (%1), von denen nur eine auf einmal gelesen wird</translation>
-  </message>
-  <message>
-   <source>Put the number of a tile, 1001 say, in the place of &lt;UDIM&gt;</source>
-   <translation>Die Nummer einer Kachel, etwa 1001, an die Stelle von &lt;UDIM&gt; setzen</translation>
-  </message>
-  <message>
    <source>names an impossible file (%1)</source>
    <translation>nennt eine unmögliche Datei (%1)</translation>
   </message>
@@ -9848,12 +9929,20 @@ MIT-Lizenz.</translation>
    <translation>das System verweigert ein eigenes Wurzelverzeichnis</translation>
   </message>
   <message>
-   <source>there is no room for %1 of intermediate results (%2)</source>
-   <translation>kein Platz für %1 Zwischenergebnisse (%2)</translation>
+   <source>, %1 are free</source>
+   <translation>, %1 sind frei</translation>
+  </message>
+  <message>
+   <source>there is no room for %1 of intermediate results (%2%3)</source>
+   <translation>für %1 an Zwischenergebnissen ist kein Platz (%2%3)</translation>
   </message>
   <message>
    <source>Free some space or reduce the resolution</source>
    <translation>Platz schaffen oder die Auflösung verringern</translation>
+  </message>
+  <message>
+   <source>giving pages back</source>
+   <translation>Speicherseiten werden zurückgegeben</translation>
   </message>
   <message>
    <source>%1 is nested too deeply</source>
@@ -11411,12 +11500,16 @@ MIT-Lizenz.</translation>
    <translation>ist dasselbe Bild wie %1: eines davon ausschließen</translation>
   </message>
   <message>
-   <source>lies %1 px beside the first photograph</source>
-   <translation>liegt %1 px neben dem ersten Foto</translation>
+   <source>is shifted by %1 px against the first photograph</source>
+   <translation>ist um %1 px gegen das erste Foto verschoben</translation>
   </message>
   <message>
-   <source>does not show its lamp on the mirror sphere: %1</source>
-   <translation>zeigt seine Lampe nicht auf der Spiegelkugel: %1</translation>
+   <source>seems shifted by %1 px against the first photograph, as other light can imitate</source>
+   <translation>scheint um %1 px gegen das erste Foto verschoben, was anderes Licht vortäuschen kann</translation>
+  </message>
+  <message>
+   <source>shows no lamp on the mirror sphere: %1</source>
+   <translation>zeigt keine Lampe auf der Spiegelkugel: %1</translation>
   </message>
   <message>
    <source>Lit from %1 and %2 of azimuth, images</source>
@@ -12077,10 +12170,6 @@ MIT-Lizenz.</translation>
   <message>
    <source>Colours of %1 were converted to linear Rec.709 by the camera matrix of %2, without a profile</source>
    <translation>Farben von %1 wurden mit der Kameramatrix von %2 nach linearem Rec.709 umgerechnet, ohne Profil</translation>
-  </message>
-  <message>
-   <source>the camera</source>
-   <translation>die Kamera</translation>
   </message>
   <message>
    <source>Bit depths differ: %1. Each is scaled by its own white level</source>
@@ -13561,18 +13650,6 @@ MIT-Lizenz.</translation>
   <message>
    <source>is not as it was written</source>
    <translation>ist nicht, wie es geschrieben wurde</translation>
-  </message>
-  <message>
-   <source>is shifted by %1 px against the first photograph</source>
-   <translation>ist um %1 px gegen das erste Foto verschoben</translation>
-  </message>
-  <message>
-   <source>shows no lamp on the mirror sphere: %1</source>
-   <translation>zeigt keine Lampe auf der Spiegelkugel: %1</translation>
-  </message>
-  <message>
-   <source>seems shifted by %1 px against the first photograph, as other light can imitate</source>
-   <translation>scheint um %1 px gegen das erste Foto verschoben, was anderes Licht vortäuschen kann</translation>
   </message>
  </context>
  <context>
@@ -15701,16 +15778,16 @@ MIT-Lizenz.</translation>
    <translation>enthält eine Prüfung mit unmöglichen Werten</translation>
   </message>
   <message>
+   <source>Baking</source>
+   <translation>Vorberechnung</translation>
+  </message>
+  <message>
    <source>baking %1 vertices</source>
    <translation>%1 Eckpunkte werden vorberechnet</translation>
   </message>
   <message>
    <source>baking vertex %1 of %2, %3</source>
    <translation>Eckpunkt %1 von %2 wird vorberechnet, %3</translation>
-  </message>
-  <message>
-   <source>Baking</source>
-   <translation>Vorberechnung</translation>
   </message>
   <message>
    <source>Install Lightarc %1 where the scheduler and the workers run and start again; the bake goes on where it stopped</source>
@@ -17890,6 +17967,10 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
    <translation>Karten werden erzeugt</translation>
   </message>
   <message>
+   <source>UDIM tiles are read as one texture of %1 × %2 tiles, %3 texels each at most</source>
+   <translation>UDIM-Kacheln werden als eine Textur von %1 × %2 Kacheln gelesen, von je höchstens %3 Texeln</translation>
+  </message>
+  <message>
    <source>roughness of the clear coat</source>
    <translation>die Rauheit des Klarlacks</translation>
   </message>
@@ -18184,6 +18265,14 @@ Der Kopf eines PTM hat dafür keinen Platz.
    <translation>raues Metall sieht %1 aus</translation>
   </message>
   <message>
+   <source>texture coordinates are to be divided by %1</source>
+   <translation>Texturkoordinaten sind durch %1 zu teilen</translation>
+  </message>
+  <message>
+   <source>%1 × %2 UDIM tiles are one texture: %3</source>
+   <translation>%1 × %2 UDIM-Kacheln sind eine Textur: %3</translation>
+  </message>
+  <message>
    <source>left out: %1</source>
    <translation>weggelassen: %1</translation>
   </message>
@@ -18222,18 +18311,6 @@ Der Kopf eines PTM hat dafür keinen Platz.
   <message>
    <source>beyond %1 texels a side the page shows averages, and finer texels in tiles of 8 bits</source>
    <translation>ab %1 Texeln je Kante zeigt die Seite Mittelwerte, feinere Texel in Kacheln mit 8 Bit</translation>
-  </message>
-  <message>
-   <source>UDIM tiles are read as one texture of %1 × %2 tiles, %3 texels each at most</source>
-   <translation>UDIM-Kacheln werden als eine Textur von %1 × %2 Kacheln gelesen, von je höchstens %3 Texeln</translation>
-  </message>
-  <message>
-   <source>texture coordinates are to be divided by %1</source>
-   <translation>Texturkoordinaten sind durch %1 zu teilen</translation>
-  </message>
-  <message>
-   <source>%1 × %2 UDIM tiles are one texture: %3</source>
-   <translation>%1 × %2 UDIM-Kacheln sind eine Textur: %3</translation>
   </message>
  </context>
  <context>
@@ -18792,99 +18869,6 @@ Der Kopf eines PTM hat dafür keinen Platz.
   <message>
    <source>skipped</source>
    <translation>ausgelassen</translation>
-  </message>
- </context>
- <context>
-  <name>watch</name>
-  <message>
-   <source>Install it with: pip install 'lightarc[camera]'</source>
-   <translation>Installieren Sie sie mit: pip install 'lightarc[camera]'</translation>
-  </message>
-  <message>
-   <source>Photographs from a camera need the library gphoto2</source>
-   <translation>Fotos von einer Kamera brauchen die Bibliothek gphoto2</translation>
-  </message>
-  <message>
-   <source>Check that it is switched on, connected, and not in use by another program (as a file manager)</source>
-   <translation>Prüfen Sie, dass sie eingeschaltet und verbunden ist und von keinem anderen Programm (wie einem Dateimanager) benutzt wird</translation>
-  </message>
-  <message>
-   <source>the camera</source>
-   <translation>die Kamera</translation>
-  </message>
-  <message>
-   <source>cannot be used (%1)</source>
-   <translation>ist nicht verwendbar (%1)</translation>
-  </message>
-  <message>
-   <source>Filled: the photograph is there. Hollow: it is expected</source>
-   <translation>Gefüllt: Das Foto ist da. Hohl: Es wird erwartet</translation>
-  </message>
-  <message>
-   <source>%1
-elevation %2°, azimuth %3°</source>
-   <translation>%1
-Elevation %2°, Azimut %3°</translation>
-  </message>
-  <message>
-   <source>Watch</source>
-   <translation>Mitverfolgen</translation>
-  </message>
-  <message>
-   <source>Photographs that are there</source>
-   <translation>Fotos, die da sind</translation>
-  </message>
-  <message>
-   <source>Take photographs in while they are taken</source>
-   <translation>Fotos übernehmen, während sie aufgenommen werden</translation>
-  </message>
-  <message>
-   <source>The folder in which the camera or the controller of the dome writes its photographs</source>
-   <translation>Der Ordner, in den die Kamera oder die Steuerung der Lichtkuppel ihre Fotos schreibt</translation>
-  </message>
-  <message>
-   <source>as listed</source>
-   <translation>wie gelistet</translation>
-  </message>
-  <message>
-   <source>The capture ends when so many are there; without a number, as many as a list of lights names</source>
-   <translation>Die Aufnahme endet, wenn so viele da sind; ohne Zahl so viele, wie eine Liste der Lichter nennt</translation>
-  </message>
-  <message>
-   <source>Finish</source>
-   <translation>Fertig</translation>
-  </message>
-  <message>
-   <source>Watching a folder</source>
-   <translation>Ein Ordner wird verfolgt</translation>
-  </message>
-  <message>
-   <source>Cancelled; the photographs stay in their folder</source>
-   <translation>Abgebrochen; die Fotos bleiben in ihrem Ordner</translation>
-  </message>
-  <message>
-   <source>Waiting for photographs</source>
-   <translation>Wartet auf Fotos</translation>
-  </message>
-  <message>
-   <source>A capture needs two photographs at least</source>
-   <translation>Eine Aufnahme braucht mindestens zwei Fotos</translation>
-  </message>
-  <message>
-   <source>%1 photographs are there, and are imported</source>
-   <translation>%1 Fotos sind da und werden importiert</translation>
-  </message>
-  <message>
-   <source>Lights cover %1 of the dome</source>
-   <translation>Lichter decken %1 der Kuppel ab</translation>
-  </message>
-  <message>
-   <source>Choose a folder</source>
-   <translation>Wählen Sie einen Ordner</translation>
-  </message>
-  <message>
-   <source>Import the photographs that are there</source>
-   <translation>Die Fotos importieren, die da sind</translation>
   </message>
  </context>
 </TS>
