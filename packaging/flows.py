@@ -111,6 +111,7 @@ def researcher(user: User, _given: Path) -> None:
     user.until(lambda _seen: plot.exists(), "the plot", 60.0)
     user.click("Use in View")
     user.until(lambda seen: seen["workspace"] == "view" and seen["is_drawn"], "the view", LONGEST_S)
+    user.until(lambda seen: "blue" in (seen["marks"]["measured"] or ""), "the factors in View", LONGEST_S)
     user.keys("b")
     user.until(lambda seen: "comparing='wipe'" in seen["marks"]["look"], "the comparison", 60.0)
     expect("against='reference'" in user.seen["marks"]["look"], "it is not compared with the reference")

@@ -121,6 +121,7 @@ def marks(project: Any) -> dict[str, Any]:
         "planes": list(material.directional.planes.shape) if material.directional is not None else None,
         "power law": round(float(material.power_law.rms), 7) if material.power_law is not None else None,
         "brdf": str(material.brdf),
+        "measured": getattr(material.measured, "name", None),
         "excluded": sorted(project.excluded),
         "compared": [entry.name for entry in project.comparison.entries],
         "runs": [[run.number, run.name] for run in project.factoring.runs],
