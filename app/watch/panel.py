@@ -7,8 +7,9 @@ import threading
 from contextlib import closing
 from pathlib import Path
 
-from PySide6.QtCore import Signal
-from PySide6.QtGui import QCloseEvent, QColor
+import numpy as np
+from PySide6.QtCore import QRectF, QSizeF, Qt, Signal
+from PySide6.QtGui import QAccessible, QCloseEvent, QColor, QImage, QMouseEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import QDialog, QFileDialog, QHBoxLayout, QProgressBar, QVBoxLayout, QWidget
 
 from app.capture.light_dome import DomeImage, Lamp
@@ -24,27 +25,42 @@ from app.widgets.panels import Rows, button, enable, line, text, with_buttons
 from app.widgets.theme import PADDING, STEP
 from engine.capture.arriving import Arrived, Capture, Watching, arrive, decoding_options
 from engine.capture.decoded import Decoded
+from engine.core.directions import surface_direction
 from engine.core.escape import escape_controls
 from engine.core.figure_text import format_fixed, percent
 from engine.core.health import Verdict
 from engine.core.steps import Step, Steps, relay
+from engine.shading.directional.relit_small import RelitSmall, relight_small
 from engine.storage.notices import Notices
 
 #: Size of the dialog in pixels, and the most photographs that can be expected.
-SIZE, MAX_EXPECTED = (860, 600), 9999.0
+SIZE, MAX_EXPECTED = (1080, 600), 9999.0
 
 #: Fewest photographs that can be imported.
 FEWEST = 2
+
+#: Light of the preview until a user chooses another: elevation and azimuth in degrees.
+LIGHT_DEG = (45.0, 135.0)
 
 
 class ArrivingDome(DomeImage):
     """The lamps of a capture: filled where the photograph is there, by its verdict, hollow where it is expected."""
 
-    legend = "Filled: the photograph is there. Hollow: it is expected"
+    legend = "Filled: the photograph is there. Hollow: it is expected. The preview is lit from where the mouse is"
+
+    #: The preview is to be lit from this elevation and azimuth, in degrees.
+    lit = Signal(float, float)
 
     def __init__(self) -> None:
         super().__init__()
         self.verdicts: dict[str, Verdict] = {}
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        super().mouseMoveEvent(event)
+        place = (event.position() - self._middle) / self._radius
+        if math.hypot(place.x(), place.y()) <= 1.0:
+            elevation_deg = math.degrees(math.acos(math.hypot(place.x(), place.y())))
+            self.lit.emit(elevation_deg, math.degrees(math.atan2(-place.y(), place.x())))
 
     def colour(self, lamp: Lamp, worst: float) -> tuple[int, int, int]:
         if lamp.excluded or self.verdicts.get(lamp.name, Verdict.GOOD) < Verdict.WARNING:
@@ -56,6 +72,43 @@ class ArrivingDome(DomeImage):
     def words(self, lamp: Lamp) -> str:
         elevation, azimuth = format_fixed(lamp.elevation_deg, 1), format_fixed(lamp.azimuth_deg, 1)
         return f"{lamp.name}\nelevation {elevation}°, azimuth {azimuth}°".strip()
+
+
+class RelitPreview(QWidget):
+    """The photographs so far as one small image under a light that the user moves."""
+
+    accessible_role = QAccessible.Role.Graphic
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.relit: RelitSmall | None = None
+        self.light_deg = LIGHT_DEG
+        self.image: QImage | None = None
+        self.setMinimumSize(200, 200)
+        self.setAccessibleName("Preview under a moved light")
+        self.setToolTip("A preview from thumbnails: move the mouse over the dome to light it")
+
+    def show_relit(self, relit: RelitSmall | None) -> None:
+        """Show what has been made of the photographs; nothing where they are too few."""
+        self.relit = relit
+        self.light(*self.light_deg)
+
+    def light(self, elevation_deg: float, azimuth_deg: float) -> None:
+        """Light the preview from a direction."""
+        self.light_deg = elevation_deg, azimuth_deg
+        direction = surface_direction(math.radians(90.0 - elevation_deg), math.radians(azimuth_deg))
+        self.image = None if self.relit is None else rgb_image(self.relit.image(direction))
+        self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), QColor(theme.current().canvas))
+        if self.image is None:
+            return
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        size = QSizeF(self.image.size()).scaled(QSizeF(self.size()), Qt.AspectRatioMode.KeepAspectRatio)
+        corner = (self.width() - size.width()) / 2.0, (self.height() - size.height()) / 2.0
+        painter.drawImage(QRectF(*corner, size.width(), size.height()), self.image)
 
 
 class WatchDialog(QDialog):
@@ -111,6 +164,8 @@ class WatchDialog(QDialog):
         self.dome = ArrivingDome()
         self.dome.setMinimumSize(240, 240)
         self.dome.chosen.connect(self._choose_lamp)
+        self.preview = RelitPreview()
+        self.dome.lit.connect(self.preview.light)
         self.coverage = text("", "secondary", wrap=True)
         self.findings = text("", wrap=True)
         right = QVBoxLayout()
@@ -121,6 +176,7 @@ class WatchDialog(QDialog):
         views = QHBoxLayout()
         views.setSpacing(2 * STEP)
         views.addWidget(self.list, 1)
+        views.addWidget(self.preview, 1)
         views.addLayout(right, 1)
         return views
 
@@ -159,6 +215,7 @@ class WatchDialog(QDialog):
         self._finish.clear()
         self.list.photographs.thumbnails.clear()
         self._show(Capture())
+        self.preview.show_relit(None)
         folder, finish = self.folder, self._finish
         choices = self.bench.document.project.import_choices.for_another_capture
         wishes = Watching(folder, round(self.expected.value) or None)
@@ -168,8 +225,7 @@ class WatchDialog(QDialog):
             self.decoded = decoded = Decoded(decoding_options(folder, settings_of(choices)))
             with closing(Notices(folder)) as notices:
                 arriving = arrive(decoded, wishes, finish.is_set, notices.wait)
-                # nobody knows how long it takes
-                return (yield from relay(arriving, lambda step: Step(0.0, step.note, step.partial)))
+                return (yield from relay(arriving, _with_preview))
 
         self.job = self.bench.jobs.submit("Watching a folder", work, lane="screen")
         self.job.progressed.connect(self._on_step)
@@ -200,8 +256,10 @@ class WatchDialog(QDialog):
         super().closeEvent(event)
 
     def _on_step(self, step: Step) -> None:
-        if isinstance(step.partial, Capture):
-            self._show(step.partial)
+        if step.partial is not None:
+            capture, relit = step.partial
+            self._show(capture)
+            self.preview.show_relit(relit)
         self.words.setText(escape_controls(step.note) or "Waiting for photographs")
 
     def _on_ended(self, capture: Capture) -> None:
@@ -252,9 +310,10 @@ class WatchDialog(QDialog):
 
     def _choose_lamp(self, place: int) -> None:
         names = [file_name(one.path) for one in self.capture.photographs]
-        name = self.dome.lamps[place].name
-        if name in names:
-            self.list.choose(names.index(name))
+        lamp = self.dome.lamps[place]
+        self.preview.light(lamp.elevation_deg, lamp.azimuth_deg)
+        if lamp.name in names:
+            self.list.choose(names.index(lamp.name))
 
     def _refresh(self) -> None:
         """Offer what can be done now."""
@@ -264,6 +323,17 @@ class WatchDialog(QDialog):
         enable(self.finish, few if running else "Nothing is running", "Import the photographs that are there")
         self.cancel.setText("Cancel" if running else "Close")
         self.expected.setEnabled(not running)
+
+
+def _with_preview(step: Step) -> Step:
+    """A step with the capture and its preview, made where nobody waits; nobody knows how long a capture takes."""
+    if not isinstance(step.partial, Capture):
+        return Step(0.0, step.note)
+    there = [(one.thumbnail, one.direction) for one in step.partial.photographs if one.verdict < Verdict.BAD]
+    lit = [(image, each) for image, each in there if image is not None and each is not None]
+    angles = np.radians([(90.0 - elevation, azimuth or 0.0) for _, (elevation, azimuth) in lit]).reshape(-1, 2)
+    relit = relight_small([image for image, _ in lit], surface_direction(angles[:, 0], angles[:, 1])) if lit else None
+    return Step(0.0, step.note, (step.partial, relit))
 
 
 def _row(one: Arrived) -> Row:

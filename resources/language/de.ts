@@ -8284,14 +8284,22 @@ MIT-Lizenz.</translation>
    <translation>ist nicht verwendbar (%1)</translation>
   </message>
   <message>
-   <source>Filled: the photograph is there. Hollow: it is expected</source>
-   <translation>Gefüllt: Das Foto ist da. Hohl: Es wird erwartet</translation>
+   <source>Filled: the photograph is there. Hollow: it is expected. The preview is lit from where the mouse is</source>
+   <translation>Gefüllt: Das Foto ist da. Hohl: Es wird erwartet. Die Vorschau wird von dort beleuchtet, wo die Maus ist</translation>
   </message>
   <message>
    <source>%1
 elevation %2°, azimuth %3°</source>
    <translation>%1
 Elevation %2°, Azimut %3°</translation>
+  </message>
+  <message>
+   <source>Preview under a moved light</source>
+   <translation>Vorschau unter bewegtem Licht</translation>
+  </message>
+  <message>
+   <source>A preview from thumbnails: move the mouse over the dome to light it</source>
+   <translation>Eine Vorschau aus Miniaturen: Die Maus über der Kuppel beleuchtet sie</translation>
   </message>
   <message>
    <source>Watch</source>

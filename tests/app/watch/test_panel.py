@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QWidget
 
 import engine.capture.arriving as arriving
@@ -62,9 +62,24 @@ def test_photographs_and_lamps_appear_as_they_come(dialog: WatchDialog, qtbot: A
     qtbot.waitUntil(lambda: bool(ended), timeout=60_000)  # by itself, when all of the list are there
     assert ended == [folder]
     assert not dialog.isVisible()
+    assert dialog.preview.relit is not None
+    before = dialog.preview.image
+    dialog.dome.chosen.emit(0)
+    assert dialog.preview.light_deg == (dialog.dome.lamps[0].elevation_deg, dialog.dome.lamps[0].azimuth_deg)
+    assert dialog.preview.image is not None
+    assert dialog.preview.image != before, "another light shows another image"
     assert dialog.decoded is not None
     assert find_kept(folder / names[3], dialog.decoded.options) is not None
     dialog.forget()
+
+
+def test_the_mouse_over_the_dome_lights_the_preview(dialog: WatchDialog, qtbot: Any) -> None:
+    """Elevation falls from the middle of the disk, and azimuth turns from its right side."""
+    dialog.show()
+    dome = dialog.dome
+    with qtbot.waitSignal(dome.lit) as lit:
+        qtbot.mouseMove(dome, QPoint(dome.width() // 2, dome.height() // 2 - round(0.5 * dome._radius)))
+    assert lit.args == [pytest.approx(60.0, abs=1.0), pytest.approx(90.0, abs=2.0)]
 
 
 def test_a_capture_is_finished_early_or_cancelled(dialog: WatchDialog, qtbot: Any, tmp_path: Path) -> None:
