@@ -30,7 +30,6 @@ from app.session.settings import NUMBERS, Remembered, close_session, open_sessio
 from app.start.examples import EXAMPLES
 from app.view.error_line import ErrorLine
 from app.view.tab import ViewTab
-from app.watch.panel import WatchDialog
 from app.widgets import language, theme
 from app.widgets.image_view import ImageView
 from app.widgets.panels import Pages
@@ -63,6 +62,7 @@ if TYPE_CHECKING:
     from app.brdf.tab import BrdfTab
     from app.factor.tab import FactorTab
     from app.material.tab import MaterialTab
+    from app.watch.panel import WatchDialog
 
 #: From one step of making workspaces to the next.
 BETWEEN_MS = 5
@@ -529,6 +529,8 @@ class MainWindow(QMainWindow):
     def show_watch(self) -> WatchDialog:
         """Show the capture that is being taken, or choose the folder of one."""
         if self._watch is None:
+            from app.watch.panel import WatchDialog  # with the libraries that judge photographs
+
             self._watch = WatchDialog(self, self.bench)
             self._watch.capture_ended.connect(lambda folder: self.bench.open_photographs([folder]))
         self._watch.show()
