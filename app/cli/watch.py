@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 import threading
 import time
 from collections.abc import Callable
@@ -20,7 +19,7 @@ from app.project.project_file import ENDING
 from engine.capture.arriving import Arrived, Capture, Wait, Watching, arrive, decoding_options
 from engine.capture.decoded import Decoded
 from engine.capture.import_stack import import_stack
-from engine.core.errors import UsageError
+from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import percent, time_text
 from engine.core.health import Verdict
 from engine.core.steps import Step, drain
@@ -104,7 +103,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     if arguments.camera is not None:
         make_folder(folder)
     if not folder.is_dir():
-        raise UsageError(f"{shlex.quote(str(folder))} is not a folder, in which photographs could appear")
+        raise InputError(folder, "is not a folder, in which photographs could appear", "Name that of the camera")
     if arguments.until_idle is not None and not MIN_IDLE_S <= arguments.until_idle <= MAX_IDLE_S:
         raise UsageError(f"--until-idle {arguments.until_idle:g} s is outside {MIN_IDLE_S:g} s … {MAX_IDLE_S:g} s")
     frames = tuple(import_.frames_of(arguments))

@@ -122,6 +122,7 @@ TEXTS = {
     "--near-lamp": tuple(f"z=2,{parameter.name}={{}}" for parameter in params.parameters(NearLampSettings)),
     "--until-idle": ("{}", "{}min"),
     "--expect": ("{}",),
+    "--limit": ("{}", "{}GB"),
     "--memory": ("{}", "{}kB"),
     "--memory-limit": ("{}", "{}MB"),
     "--vary": ("alpha={}:0.5:y", "alpha=0.1:{}:x"),

@@ -67,5 +67,5 @@ def test_wishes_that_cannot_be_are_refused(
 
 def test_a_folder_that_is_none_is_refused(lightarc: Command, tmp_path: Path) -> None:
     done = lightarc("watch", tmp_path / "nowhere", "-o", tmp_path / "a.lap")
-    assert done.code == 2
+    assert done.code == 3
     assert "is not a folder" in done.err
