@@ -74,8 +74,6 @@ class Tour(QWidget):
 
     def begin(self) -> None:
         """Show the first hint."""
-        self.frame.show()
-        self.show()
         self.show_hint(0)
 
     def show_hint(self, at: int) -> None:
@@ -92,8 +90,14 @@ class Tour(QWidget):
         self.back.setEnabled(at > 0)
         self.next.setText("Next" if at + 1 < len(self.hints) else "Done")
         self._watch(hint.place())
+        self._show(True)
         self._lay_out()
         self.next.setFocus()
+
+    def _show(self, is_seen: bool) -> None:
+        """Show the hint, or let it wait while the part that it describes is out of sight."""
+        self.frame.setVisible(is_seen)
+        self.setVisible(is_seen)
 
     def _watch(self, part: QWidget) -> None:
         """Follow `part` where it moves or takes another size, as with docks that come up beside it."""
@@ -150,6 +154,8 @@ class Tour(QWidget):
         ]
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if watched is self.watched and event.type() in (QEvent.Type.Show, QEvent.Type.Hide):
+            self._show(event.type() == QEvent.Type.Show)
         if event.type() in (QEvent.Type.Resize, QEvent.Type.Move, QEvent.Type.Show) and self.isVisible():
             QTimer.singleShot(0, self, self._lay_out)
         return super().eventFilter(watched, event)

@@ -56,6 +56,9 @@ def test_esc_in_a_number_that_is_being_edited_takes_that_back_before_it_ends_the
     qtbot.waitUntil(window.isActiveWindow, timeout=30_000)
     window.show_hints()
     (tour,) = window.findChildren(Tour)
+    for show, is_seen in ((window.show_start, False), (lambda: window.show_workspace("view"), True)):
+        show()
+        assert (tour.isVisible(), tour.frame.isVisible()) == (is_seen, is_seen), "it waits where its part is not seen"
     field = next(each for each in window.view.findChildren(NumberField) if each.isVisible() and each.isEnabled())
     before = field.value
     field.setFocus()
