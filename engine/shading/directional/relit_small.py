@@ -5,7 +5,7 @@ transformation images show them. That smooths highlights and shadows, and nothin
 that a capture goes well, and is no material. With few lamps, or with lamps on one arc, a small ridge keeps the
 coefficients that the photographs do not determine near zero.
 
-Cost: 64 thumbnails of 256 × 256 take 0.1 s, an image of them 5 ms.
+Cost: 64 thumbnails of 256 × 256 take 20 ms, an image of them 1 ms.
 """
 
 from __future__ import annotations
