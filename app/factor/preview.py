@@ -10,8 +10,8 @@ from math import radians
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PySide6.QtCore import QRectF, Qt, QTimer, Signal
-from PySide6.QtGui import QAccessible, QColor, QImage, QPainter, QPaintEvent, QShowEvent
+from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtGui import QAccessible, QImage, QPaintEvent, QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from app.commands.drawable import Drawable
@@ -20,8 +20,8 @@ from app.commands.opening import load_shape
 from app.jobs.jobs import Jobs
 from app.jobs.newest import Latest
 from app.viewport.viewport import Viewport
-from app.widgets import theme
 from app.widgets.fitting import Fitting
+from app.widgets.image_view import paint_whole
 from app.widgets.number_field import plain
 from app.widgets.panels import text
 from app.widgets.theme import STEP, role
@@ -227,11 +227,4 @@ class DifferenceView(QWidget):
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), QColor(theme.current().canvas))
-        if self.image is None:
-            return
-        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        scale = min(self.width() / self.image.width(), self.height() / self.image.height())
-        width, height = scale * self.image.width(), scale * self.image.height()
-        painter.drawImage(QRectF((self.width() - width) / 2, (self.height() - height) / 2, width, height), self.image)
+        paint_whole(self, self.image)

@@ -8,8 +8,8 @@ from contextlib import closing
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QRectF, QSizeF, Qt, Signal
-from PySide6.QtGui import QAccessible, QCloseEvent, QColor, QImage, QMouseEvent, QPainter, QPaintEvent
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QAccessible, QCloseEvent, QColor, QImage, QMouseEvent, QPaintEvent
 from PySide6.QtWidgets import QDialog, QFileDialog, QHBoxLayout, QProgressBar, QVBoxLayout, QWidget
 
 from app.capture.light_dome import DomeImage, Lamp
@@ -18,7 +18,7 @@ from app.commands.workbench import Workbench
 from app.document.import_choices import settings_of
 from app.jobs.jobs import Job
 from app.widgets import theme
-from app.widgets.image_view import rgb_image
+from app.widgets.image_view import paint_whole, rgb_image
 from app.widgets.language import translate
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Rows, button, enable, line, text, with_buttons
@@ -101,14 +101,7 @@ class RelitPreview(QWidget):
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), QColor(theme.current().canvas))
-        if self.image is None:
-            return
-        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        size = QSizeF(self.image.size()).scaled(QSizeF(self.size()), Qt.AspectRatioMode.KeepAspectRatio)
-        corner = (self.width() - size.width()) / 2.0, (self.height() - size.height()) / 2.0
-        painter.drawImage(QRectF(*corner, size.width(), size.height()), self.image)
+        paint_whole(self, self.image)
 
 
 class WatchDialog(QDialog):

@@ -104,6 +104,18 @@ def rgb_image(pixels: NDArray[np.uint8]) -> QImage:
     return QImage(contiguous.data, width, height, channels * width, coded).convertToFormat(painted)
 
 
+def paint_whole(widget: QWidget, image: QImage | None) -> None:
+    """Paint an image as large as it fits into the middle of a widget, over the canvas, within its `paintEvent`."""
+    painter = QPainter(widget)
+    painter.fillRect(widget.rect(), QColor(theme.current().canvas))
+    if image is None:
+        return
+    painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+    scale = min(widget.width() / image.width(), widget.height() / image.height())
+    width, height = scale * image.width(), scale * image.height()
+    painter.drawImage(QRectF((widget.width() - width) / 2, (widget.height() - height) / 2, width, height), image)
+
+
 def _halve(pixels: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
     import cv2
 
