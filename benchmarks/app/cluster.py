@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import logging
 import os
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -25,10 +24,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import trimesh
 
-from benchmarks.app.large_memory import memory_of
+from benchmarks.app.large_memory import memory_of, run_watched
 from benchmarks.measure import Accuracy
 from engine.core.cluster import measure_cluster
-from engine.core.errors import InputError, MissingCapability
+from engine.core.errors import MissingCapability
 from engine.core.steps import Step, Steps, part
 from engine.geometry.shapes import open_mesh
 from engine.planning.costs.sizes import LOBE_BYTES
@@ -172,23 +171,16 @@ def _watch(words: Sequence[str], folder: Path, cluster: Any, done: float, note: 
     start, worker, most, files = time.monotonic(), 0, 0, 0
     command = [sys.executable, "-c", _COMMAND, *words, "-o", str(folder / "baked.transport")]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    with subprocess.Popen(
-        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=environment
-    ) as process:
-        try:
-            while process.poll() is None:
-                everything, mapped = memory_of(process.pid)
-                most, files = max(most, everything - mapped), max(files, mapped)
-                for each in cluster.workers.values():
-                    everything, mapped = memory_of(each.process.pid) if each.process is not None else (0, 0)
-                    worker = max(worker, everything - mapped)
-                yield Step(done, note)
-                time.sleep(_INTERVAL_S)
-        finally:
-            process.kill()
-        message = process.stderr.read() if process.stderr else ""
-    if process.returncode:
-        raise InputError(words[1], f"could not be measured: {message.strip()[-300:]}", "Make room, or measure less")
+
+    def look(process: int) -> None:
+        nonlocal worker, most, files
+        everything, mapped = memory_of(process)
+        most, files = max(most, everything - mapped), max(files, mapped)
+        for each in cluster.workers.values():
+            everything, mapped = memory_of(each.process.pid) if each.process is not None else (0, 0)
+            worker = max(worker, everything - mapped)
+
+    yield from run_watched(command, words[1], look, Step(done, note), environment)
     return Peak(worker, most, files, time.monotonic() - start)
 
 

@@ -15,9 +15,9 @@ import math
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -149,21 +149,37 @@ def _find(verb: str, photographs: int, sizes: Sequence[float], peaks: Sequence[P
 def _watch(words: Sequence[str], folder: Path, done: float, note: str) -> Steps[Peak]:
     """Run a verb and look at its memory, and at the disk that it and `folder` take."""
     start, most, max_without, max_disk = time.monotonic(), 0, 0, 0
-    command = [sys.executable, "-m", "app.__main__", *words]
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+
+    def look(process: int) -> None:
+        nonlocal most, max_without, max_disk
+        everything, files = memory_of(process)
+        most, max_without = max(most, everything), max(max_without, everything - files)
+        max_disk = max(max_disk, _on_disk(folder) + _nameless(process))
+
+    yield from run_watched([sys.executable, "-m", "app.__main__", *words], words[1], look, Step(done, note))
+    return Peak(most, max_without, max_disk, time.monotonic() - start)
+
+
+def run_watched(
+    command: Sequence[str],
+    subject: str,
+    look: Callable[[int], None],
+    step: Step,
+    environment: Mapping[str, str] | None = None,
+) -> Steps[None]:
+    """Run a command and `look` at its process every `_INTERVAL_S`; InputError about `subject` where it fails."""
+    streams: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, env=environment, **streams) as process:
         try:
             while process.poll() is None:
-                everything, files = memory_of(process.pid)
-                most, max_without = max(most, everything), max(max_without, everything - files)
-                max_disk = max(max_disk, _on_disk(folder) + _nameless(process.pid))
-                yield Step(done, note)
+                look(process.pid)
+                yield step
                 time.sleep(_INTERVAL_S)
         finally:
             process.kill()
         message = process.stderr.read() if process.stderr else ""
     if process.returncode:
-        raise InputError(words[1], f"could not be measured: {message.strip()[-300:]}", "Make room, or measure less")
-    return Peak(most, max_without, max_disk, time.monotonic() - start)
+        raise InputError(subject, f"could not be measured: {message.strip()[-300:]}", "Make room, or measure less")
 
 
 def memory_of(pid: int) -> tuple[int, int]:
