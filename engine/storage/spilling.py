@@ -60,13 +60,13 @@ RELEASE_PART, LOOK_S = 0.8, 0.05
 MAX_ARRAYS, _COLUMNS, _NOTES = 1 << 14, 3, 2
 
 #: Places of functions in numpy's table for C (numpy/__multiarray_api.h), which keeps them from version to version.
-_SET_HANDLER, _GET_HANDLER = 304, 305
+SET_HANDLER, GET_HANDLER = 304, 305
 
 _kept: list[Any] = []
 _table = (ctypes.c_uint64 * (_COLUMNS * (_NOTES + MAX_ARRAYS)))()
 
 
-class _Handler(ctypes.Structure):
+class Handler(ctypes.Structure):
     """PyDataMem_Handler of numpy/ndarraytypes.h, version 1."""
 
     _fields_ = (
@@ -162,17 +162,17 @@ def _make_handler(folder: Path, large_bytes: int) -> tuple[Any, Any, Callable[[]
     pointer.restype, pointer.argtypes = ctypes.c_void_p, (ctypes.py_object, ctypes.c_char_p)
     capsule = importlib.import_module("numpy._core._multiarray_umath")._ARRAY_API
     table = ctypes.cast(pointer(capsule, None), ctypes.POINTER(ctypes.c_void_p))
-    set_handler = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.py_object)(table[_SET_HANDLER])
-    usual = ctypes.PYFUNCTYPE(ctypes.py_object)(table[_GET_HANDLER])()
-    *functions, release = _compile(_Handler.from_address(pointer(usual, b"mem_handler")), folder, large_bytes)
-    made = _Handler(b"lightarc_files", 1, None, *(function.address for function in functions))
+    set_handler = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.py_object)(table[SET_HANDLER])
+    usual = ctypes.PYFUNCTYPE(ctypes.py_object)(table[GET_HANDLER])()
+    *functions, release = _compile(Handler.from_address(pointer(usual, b"mem_handler")), folder, large_bytes)
+    made = Handler(b"lightarc_files", 1, None, *(function.address for function in functions))
     new = ctypes.pythonapi.PyCapsule_New
     new.restype, new.argtypes = ctypes.py_object, (ctypes.c_void_p, ctypes.c_char_p, ctypes.c_void_p)
     _kept.append((usual, functions, release, made))  # arrays need them as long as they live
     return set_handler, new(ctypes.addressof(made), b"mem_handler", None), ctypes.PYFUNCTYPE(None)(release.address)
 
 
-def _compile(usual: _Handler, folder: Path, large_bytes: int) -> tuple[Any, ...]:
+def _compile(usual: Handler, folder: Path, large_bytes: int) -> tuple[Any, ...]:
     """malloc, calloc, realloc and free, which ask the `usual` ones for what is small, and what gives pages back.
 
     Large arrays begin with a page, which others do by chance alone, and are looked up in the table.

@@ -17,22 +17,9 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
+from engine.storage import spilling
+
 Value = TypeVar("Value")
-
-#: Places of PyDataMem_SetHandler and PyDataMem_GetHandler in numpy's table of functions.
-SET_HANDLER, GET_HANDLER = 304, 305
-
-
-class _Handler(ctypes.Structure):
-    _fields_ = (
-        ("name", ctypes.c_char * 127),
-        ("version", ctypes.c_uint8),
-        ("context", ctypes.c_void_p),
-        ("malloc", ctypes.c_void_p),
-        ("calloc", ctypes.c_void_p),
-        ("realloc", ctypes.c_void_p),
-        ("free", ctypes.c_void_p),
-    )
 
 
 def _function(index: int, *arguments: Any) -> Any:
@@ -44,9 +31,9 @@ def _function(index: int, *arguments: Any) -> Any:
     return ctypes.PYFUNCTYPE(ctypes.py_object, *arguments)(table[index])
 
 
-def _default() -> _Handler:
-    capsule = _function(GET_HANDLER)()
-    return _Handler.from_address(ctypes.pythonapi.PyCapsule_GetPointer(capsule, b"mem_handler"))
+def _default() -> spilling.Handler:
+    capsule = _function(spilling.GET_HANDLER)()
+    return spilling.Handler.from_address(ctypes.pythonapi.PyCapsule_GetPointer(capsule, b"mem_handler"))
 
 
 @cache
@@ -87,7 +74,7 @@ class FailingAllocator:
     def __init__(self, at: int = -1, smallest_bytes: int = 1024) -> None:
         malloc, calloc = _compile()
         self._state = (ctypes.c_uint64 * 3)(at + 1, smallest_bytes, 0)
-        self._handler = _Handler.from_buffer_copy(_default())
+        self._handler = spilling.Handler.from_buffer_copy(_default())
         self._handler.name = b"failing"
         self._handler.context = ctypes.addressof(self._state)
         self._handler.malloc, self._handler.calloc = malloc.address, calloc.address
@@ -105,5 +92,5 @@ class FailingAllocator:
     def _install(self, work: Callable[[], Value]) -> Value:
         new = ctypes.pythonapi.PyCapsule_New
         new.restype, new.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_void_p]
-        _function(SET_HANDLER, ctypes.py_object)(new(ctypes.addressof(self._handler), b"mem_handler", None))
+        _function(spilling.SET_HANDLER, ctypes.py_object)(new(ctypes.addressof(self._handler), b"mem_handler", None))
         return work()
