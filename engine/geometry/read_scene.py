@@ -59,7 +59,7 @@ def files_beside(path: str | os.PathLike[str], uris: Sequence[str]) -> dict[str,
         except InputError as error:
             if error.path == os.fspath(path):
                 raise
-            problem = f"needs the file {uri[:60]!r} beside it, which {error.problem}"
+            problem = f"needs the file {uri[:60]!r} next to it, which {error.problem}"
             raise InputError(path, problem, "Copy that as well, or export it as .glb") from None
     return found
 
@@ -91,7 +91,7 @@ def read_stl(content: bytes, name: str) -> list[dict[str, Any]]:
 
 #: Most bytes for reading a triangle, besides the file itself: measured by `python -m benchmarks --only large-models` on
 #: each kind, and a quarter more; text takes more than numbers, and triangles that share no vertices more than others.
-FACE_BYTES = {"ply": 950, "glb": 950, "gltf": 950, "stl": 900}
+FACE_BYTES = {"ply": 950, "glb": 950, "gltf": 950, "obj": 950, "stl": 900}
 TEXT_FACE_BYTES = 1400
 
 #: Least bytes of a triangle in a file, with its share of the vertices, for kinds that do not say how many there are.

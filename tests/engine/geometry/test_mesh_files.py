@@ -19,7 +19,9 @@ from hypothesis import strategies as st
 
 from engine.core.errors import InputError
 from engine.exchange.readers.read import open_material
+from engine.geometry import obj
 from engine.geometry.mesh import INSTEAD, Mesh, decode_mesh, read_mesh
+from engine.geometry.obj import read_obj
 from engine.geometry.polygons import Polygons, triangulate
 from engine.geometry.read_scene import check_memory, estimate_faces
 from engine.storage.readers import suffixes
@@ -70,6 +72,32 @@ def test_V12_obj_as_programs_write_it(tmp_path: Path, text: bytes, faces: int) -
     mesh = read(tmp_path, "a.obj", text)
     assert len(mesh.faces) == faces
     assert area(mesh) == pytest.approx(0.5 * faces)
+
+
+def test_an_obj_is_the_same_model_in_blocks_of_any_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Indices that count backwards, colours of some points and names of materials reach over blocks."""
+    text = (
+        b"usemtl a\n" + TRIANGLE + b"v 1 1 0 .5 .5 .5\nvt 0 0\nvn 0 0 1\nf 1/1 2/1 3/1\nusemtl b\nf -3//1 -1//-1 3//1\n"
+    )
+    whole = read(tmp_path, "a.obj", text)
+    monkeypatch.setattr(obj, "BLOCK_BYTES", 9)
+    blocks = read_obj(text, "a.obj")
+    monkeypatch.setattr(obj, "BLOCK_BYTES", 1 << 22)
+    for name, each in vars(read_obj(text, "a.obj")).items():
+        np.testing.assert_array_equal(getattr(blocks, name), each)
+    assert (len(whole.faces), blocks.part_names) == (2, ("a", "b"))
+
+
+@pytest.mark.parametrize(
+    ("face", "words"),
+    [
+        (b"f 1 2 3\nf /1 2/1 3/1", "line 5 gives a corner without a point"),
+        (b"f 1/1/1/1 2 3", "line 4 .* too many parts"),
+    ],
+)
+def test_an_obj_with_corners_that_cannot_be_names_their_line(face: bytes, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        read_obj(TRIANGLE + face, "a.obj")
 
 
 @pytest.mark.parametrize("kind", ["obj", "ply", "ply-bytes"])
@@ -417,7 +445,7 @@ def test_gltf_compressed_by_draco_is_that_without_compression(tmp_path: Path) ->
 
 def test_gltf_with_its_numbers_in_a_file_beside_it(tmp_path: Path) -> None:
     tree = gltf(CORNERS, uri="my%20data/a.bin")
-    with pytest.raises(InputError, match=r"needs the file 'my%20data/a.bin' beside it, which does not exist"):
+    with pytest.raises(InputError, match=r"needs the file 'my%20data/a.bin' next to it, which does not exist"):
         as_gltf(tmp_path, tree)
     (tmp_path / "my data").mkdir()
     (tmp_path / "my data" / "a.bin").write_bytes(CORNERS.tobytes() + np.array([0, 1, 2, 1, 3, 2], np.uint16).tobytes())
