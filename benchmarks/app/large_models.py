@@ -39,6 +39,9 @@ BUSY, RUNS, END_S = 4, 20, 600.0
 
 _READ = "import sys; from engine.geometry.mesh import read_mesh; print(len(read_mesh(sys.argv[1]).faces))"
 
+#: Computes until the process that started it has ended, however that did.
+_COMPUTE = "import os\nparent = os.getppid()\nwhile os.getppid() == parent: pass"
+
 _INTERVAL_S = 0.1
 
 
@@ -84,7 +87,7 @@ def busy_models(folder: Path, rows: int = ROWS, runs: int = RUNS) -> Steps[list[
     ended, longest_s = 0, 0.0
     with ExitStack() as stack:
         for _ in range(BUSY):
-            busy = stack.enter_context(subprocess.Popen([sys.executable, "-c", "while True: pass"]))
+            busy = stack.enter_context(subprocess.Popen([sys.executable, "-c", _COMPUTE]))
             stack.callback(busy.kill)
         for number in range(runs):
             yield Step(number / runs, f"run {number + 1} of {runs} beside {BUSY} busy processes")
