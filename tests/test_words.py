@@ -70,8 +70,8 @@ OLD_PHRASES = re.compile(
 
 #: Words that no label, hint or message of the window has.
 OLD_IN_WINDOW = re.compile(
-    r"\b(?:pictures?|(?<!mirror )balls?|knobs?|ladders?|rungs?|twins?|look-?ups?|looked up|persons?|people|processors?|"
-    r"campaigns?|mends?|mended|tells?|told|beside|left out|codes? of|doubtful|errs?|relit|anew|head-on|"
+    r"\b(?:pictures?|(?<!mirror )balls?(?!:FILE)|knobs?|ladders?|rungs?|twins?|look-?ups?|looked up|persons?|people|"
+    r"processors?|campaigns?|mends?|mended|tells?|told|beside|left out|codes? of|doubtful|errs?|relit|anew|head-on|"
     r"open sky|white card|plain canvas|first hints|opening did not work)\b|\d° (?:up|round)\b|" + OLD_PHRASES.pattern,
     re.I,
 )

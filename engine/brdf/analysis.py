@@ -143,7 +143,7 @@ def doubts(brdf: Brdf, exchanged: ReciprocityError, largest: MaximumAlbedo) -> l
     left_out = float(getattr(brdf, "leave_one_out", 0.0))
     if left_out > DOUBTFUL_LEFT_OUT:
         found.append(
-            f"samples that are left out are missed by {percent(left_out)} (RMS): highlights are narrower than the "
+            f"held-out samples are missed by {percent(left_out)} (RMS): highlights are narrower than the "
             "distance between samples"
         )
     return found

@@ -457,7 +457,7 @@ def _check_values(material: Material) -> None:
         raise UsageError("the material has neither a shading map nor a power law, a directional map or PBR maps")
     beside = maps or material.directional is not None or material.surface is not None
     if material.pbr is not None and beside:
-        raise UsageError("PBR maps stand in place of what comes from photographs, and not beside it")
+        raise UsageError("PBR maps replace what comes from photographs: a material has one of them")
     for name, values in maps.items():
         low, high = _extremes(values)
         if not (np.isfinite(low) and np.isfinite(high) and (low >= 0 or name in _MAY_BE_NEGATIVE)):

@@ -41,7 +41,7 @@ def directional_members(directional: DirectionalMap) -> dict[str, Produce]:
     for name, plane in zip(PLANE_FILES, directional.planes, strict=False):
         members[name] = lambda plane=plane: encode_png(plane, transfer="linear")  # type: ignore[misc]
     members[NUMBERS] = lambda: _json(directional)
-    members[WEIGHTS] = lambda: Planes(_weights(directional), {"unit": "codes of 8-bit sRGB for each code of a plane"})
+    members[WEIGHTS] = lambda: Planes(_weights(directional), {"unit": "8-bit sRGB levels per level of a plane"})
     return members
 
 

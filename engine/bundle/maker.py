@@ -26,8 +26,8 @@ from engine.storage.records import Manifest
 
 #: Ways to what a member for other programs holds, for who does not trust one.
 _ANEW = {
-    VIEWER: "lightarc bundle view opens a page that is made anew",
-    SHADER: "lightarc export --to shaders writes one anew",
+    VIEWER: "lightarc bundle view opens a newly made page",
+    SHADER: "lightarc export --to shaders writes a new one",
     BRDF: "the BRDF that counts is the one in the manifest",
 }
 
@@ -82,4 +82,4 @@ def _is_of_another_maker(manifest: Manifest) -> str:
     stated = f"version {version[:20]!r}" if version else "no version that is named"
     if version == engine.__version__:
         stated = f"another build of version {version}"
-    return f"was written by {stated}, and this one cannot tell whether somebody changed it"
+    return f"was written by {stated}, and this one cannot check whether somebody changed it"

@@ -94,7 +94,7 @@ def without_unreadable(sources: Sources, error: InputError, of_first: int, stric
     if strict:
         remedy = f"{error.remedy}, or import the other {left} photographs without it"
         raise Doubtful(path, error.problem, remedy, "leave_out") from None
-    found = Finding(Verdict.WARNING, f"was left out: it {error.problem}. {error.remedy}", printable(path))
+    found = Finding(Verdict.WARNING, f"was excluded: it {error.problem}. {error.remedy}", printable(path))
     kept = without(sources, np.flatnonzero(lit))
     return replace(kept, findings=(*kept.findings, found))
 
@@ -117,7 +117,7 @@ def without_empty(sources: Sources, found: Mapping[int, tuple[str, str]], of_fir
             sources.photographs[place], f"{problem}{more}", f"{remedy}, or use all of them", "leave_out", "use_all"
         )
     said = [
-        Finding(Verdict.WARNING, f"was left out: it {problem}. {remedy}", printable(sources.photographs[place]))
+        Finding(Verdict.WARNING, f"was excluded: it {problem}. {remedy}", printable(sources.photographs[place]))
         for place, (problem, remedy) in sorted(found.items())
     ]
     kept = without(sources, np.array(sorted(found), np.intp))

@@ -463,7 +463,7 @@ def _scale_by_chart(choice: ChartPitch, found: Chart | None, place: Path) -> phy
     try:
         return scale_of_chart(found.positions, choice.pitch_mm)
     except UsageError as error:
-        raise InputError(place, f"does not tell the scale: {error}", "Lay it flat beside the sample") from None
+        raise InputError(place, f"does not show the scale: {error}", "Lay it flat next to the sample") from None
 
 
 def _scale_by_camera(choice: CameraDistance, photograph: Photograph) -> physical.Scale:
@@ -482,7 +482,7 @@ def _scale_by_camera(choice: CameraDistance, photograph: Photograph) -> physical
         is_measured = choice.distance_mm is not None
         return scale_of_camera(photograph.focal_mm, photograph.pitch_mm, distance_mm, is_measured=is_measured)
     except UsageError as error:
-        raise InputError(photograph.path, f"does not tell the scale: {error}", "Measure the distance again") from None
+        raise InputError(photograph.path, f"does not show the scale: {error}", "Measure the distance again") from None
 
 
 def about_camera_scale(photograph: Photograph) -> tuple[Finding, ...]:
@@ -548,7 +548,7 @@ def _about_gains(settings: ImportSettings, gains: NDArray[np.float64]) -> Findin
     of_object = (
         ""
         if isinstance(settings.equalise, GreyPatch)
-        else ("; differences that change smoothly over the lamps cannot be told from the reflectance and stay")
+        else ("; differences that change smoothly over the lamps cannot be separated from the reflectance and stay")
     )
     source = "the object" if of_object else "the white patch"
     text = (

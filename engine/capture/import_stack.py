@@ -738,7 +738,7 @@ def _followed(plan: Plan, read: _Read, alignment: Alignment) -> Steps[tuple[Plan
             f"The camera moved by up to {number(np.hypot(*shifts.T).max())} px: photographs were shifted back, {held}"
         )
     else:
-        text = f"The photographs do not tell that the camera moved: they stay as they are ({held})"
+        text = f"The photographs do not show that the camera moved: they stay as they are ({held})"
     sigma = factor * float(np.median(found.residual_px)) if found.moved else 0.0
     term = Term("motion", found.moved, text, before, after, 0.0, sigma)
     plan = replace(plan, terms=(*plan.terms, term))

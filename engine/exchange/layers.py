@@ -144,11 +144,11 @@ def gltf_warnings(layers: Layers | None) -> tuple[str, ...]:
     if layers.coat_weight:
         said.append("the coat is written as a clear coat, which is another lobe")
     if layers.base_diffuse_roughness or layers.base_weight < WHITE or layers.specular_weight < WHITE:
-        said.append("diffuse roughness and weights of the base are left out")
+        said.append("diffuse roughness and weights of the base are not written")
     return tuple(said)
 
 
 def none_warnings(layers: Layers | None) -> tuple[str, ...]:
     """A sentence on layers that a target has no place for; none where there are none."""
     seen = name_layers(layers)
-    return (f"layers are left out: {', '.join(seen)}",) if seen else ()
+    return (f"layers are not written: {', '.join(seen)}",) if seen else ()

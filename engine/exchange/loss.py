@@ -346,7 +346,7 @@ def away(errors: dict[str, Any], others: dict[str, Any]) -> list[str]:
         of_it = percent(figures["rmse_rel_reference"], 3)
         if name == "slices":
             said.append(
-                f"these are the errors of the power law; the slices beside it are {of_it} away in GLSL and HLSL"
+                f"these are the errors of the power law; the slices next to it are {of_it} away in GLSL and HLSL"
             )
         elif name == "power_law_alone":
             said.append(f"the power law without the tiles that keep their slices is {of_it} away in HLSL and OSL")

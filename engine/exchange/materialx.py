@@ -52,7 +52,7 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     warnings = (*warnings, *(f"the glTF PBR surface: {words}" for words in gltf_warnings(subject.maps.layers)))
     warnings = (*warnings, *(f"the OpenPBR surface: {words}" for words in openpbr_warnings(subject.maps.layers)))
     if subject.maps.openpbr is not None and subject.maps.openpbr.anisotropies[2]:
-        warnings = (*warnings, "the OpenPBR surface: the rotation of the anisotropy is left out")
+        warnings = (*warnings, "the OpenPBR surface: the rotation of the anisotropy is not written")
     made = f"Made by Lightarc {engine.__version__}. {loss}"
     hexagonal = settings.tiling_mode == "hex"
     if hexagonal:

@@ -160,7 +160,7 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
         files[f"{subject.name}.{language}"] = text.encode()
     warnings = []
     if material.power_law is not None and material.power_law.kept is not None:
-        warnings.append("tiles that keep their slices are looked up by the GLSL alone, and shown by the power law else")
+        warnings.append("tiles that keep their slices are sampled by the GLSL alone, and shown by the power law else")
     if material.power_law is None and material.directional is None:
         warnings.append("the material has no power law, which the OSL looks up; GLSL and HLSL look its slices up")
     members = map_members(material)

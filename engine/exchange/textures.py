@@ -245,7 +245,7 @@ def common_warnings(subject: Subject, places: Collection[str], *, holds_wide: bo
         said = (*said, f"the height has {count} regions, and the steps between them are unknown")
     if float(np.mean(maps.metallic * maps.roughness, dtype=np.float64)) > ROUGH_METAL:
         again = maps.multiple_scattering or maps.openpbr is not None
-        less = "up to a third darker where light between facets is left out, as in plain glTF"
+        less = "up to a third darker where light between facets is not simulated, as in plain glTF"
         more = "up to half brighter where light between facets is added, as three.js does"
         said = (*said, f"rough metal looks {less if again else more}")
     if maps.tiles > 1:
@@ -254,7 +254,7 @@ def common_warnings(subject: Subject, places: Collection[str], *, holds_wide: bo
     if not holds_wide:
         said = (*said, *wide_warnings(subject))
     left_out = [words for name, words in _NAMES.items() if name not in places and source(subject, name) is not None]
-    return (*said, f"left out: {', '.join(left_out)}") if left_out else said
+    return (*said, f"not written: {', '.join(left_out)}") if left_out else said
 
 
 def wide_warnings(subject: Subject) -> tuple[str, ...]:

@@ -350,14 +350,14 @@ def _describe_kind(factors: Factors) -> tuple[str, ...]:
         if factors.parametrisation == "in-out":
             return (
                 f"Precomputed transport in wavelets can use {these}: light maps go into the transport, view maps are "
-                "looked up while drawing.",
-                "Direct light can use them too: two look-ups a term for each light.",
+                "sampled while drawing.",
+                "Direct light can use them too: two samples a term for each light.",
             )
         return (
             f"Direct light in the viewport can use {these}: textures of the half and the difference vector.",
             "Precomputed transport in wavelets cannot: it needs factors of the incident and the outgoing direction.",
         )
-    looks = "two look-ups a texture" if factors.reciprocal else "one look-up a texture"
+    looks = "two samples a texture" if factors.reciprocal else "one sample a texture"
     these = "this texture" if terms == 1 else f"these {terms} textures"
     return (
         f"Direct light in the viewport can use {these}: {looks} for each light.",

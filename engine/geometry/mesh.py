@@ -498,7 +498,7 @@ def findings_of(figures: Mapping[str, float]) -> list[Finding]:
     for name, count in figures.items():
         if name.endswith("_dropped") and count:
             verdict = Verdict.NOTE if name.startswith("vertices") else Verdict.WARNING
-            findings.append(Finding(verdict, with_count(int(count), f"{_plain(name)} left out")))
+            findings.append(Finding(verdict, with_count(int(count), f"{_plain(name)} excluded")))
     if count := int(figures.get("points_moved_to_close_gaps", 0)):
         text = f"points were moved by less than {2 * GAP:g} of the size, to close gaps that rounding had left"
         findings.append(Finding(Verdict.NOTE, with_count(count, text)))

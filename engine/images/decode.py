@@ -104,7 +104,7 @@ def refuse_larger(path: str | os.PathLike[str], radiance: NDArray[np.float32]) -
     largest = max(float(radiance.max(initial=0.0)), -float(radiance.min(initial=0.0)))
     if not largest <= LARGEST_RADIANCE:
         problem = f"holds a radiance of {largest:.3g}, and what is computed here goes up to {LARGEST_RADIANCE:g}"
-        raise InputError(path, problem, "Scale it down, or mend the pixels that no lamp can have made")
+        raise InputError(path, problem, "Scale it down, or correct the pixels that no lamp can have made")
 
 
 def image_from_reply(reply: dict[str, Any]) -> Image:

@@ -283,7 +283,7 @@ class Paths:
 def check_scene(scene: Scene) -> None:
     """Raise UsageError for a look-up that is not a sum over light."""
     if scene.shading is not None and scene.lookup == "outgoing":
-        raise UsageError("the look-up 'outgoing' is of all light at once: no reference exists for it")
+        raise UsageError("the form 'outgoing' depends on all light at once: no reference exists for it")
 
 
 def _nothing() -> Front:

@@ -161,7 +161,7 @@ class Scene:
 
     def __post_init__(self) -> None:
         if self.source not in SOURCES or self.lookup not in LOOKUPS or self.above not in ABOVES:
-            raise UsageError(f"unknown source {self.source!r}, lookup {self.lookup!r} or above {self.above!r}")
+            raise UsageError(f"unknown source {self.source!r}, form {self.lookup!r} or region above {self.above!r}")
         if not 0.0 <= self.irradiance <= MAX_IRRADIANCE:
             raise UsageError(f"an irradiance of {self.irradiance!r} is outside 0 … {MAX_IRRADIANCE:g}")
         if self.tiling_mode not in TILING_MODES:

@@ -71,7 +71,7 @@ class Fidelity:
         ours, mean = number(self.leave_one_out), number(self.mean_picture)
         text = f"held-out photographs: error {ours} 8-bit levels, of their mean image {mean}"
         if self.is_no_better:
-            return Finding(Verdict.WARNING, f"{text}: {knows} does not tell these photographs apart")
+            return Finding(Verdict.WARNING, f"{text}: {knows} does not distinguish these photographs")
         return Finding(Verdict.GOOD, text)
 
 

@@ -55,4 +55,4 @@ def file_beside(path: Path, named: str, remedy: str, search: Path | None = None)
         with open_checked(beside, FILE_LIMIT_BYTES):
             return beside
     except InputError as error:
-        raise InputError(path, f"needs the file {named[:60]!r} beside it, which {error.problem}", remedy) from None
+        raise InputError(path, f"needs the file {named[:60]!r} next to it, which {error.problem}", remedy) from None

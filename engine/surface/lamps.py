@@ -76,7 +76,7 @@ def lamps(stack: ImageStack, used: NDArray[np.int64]) -> Lamps:
     count = _apart(direction)
     if count < FEWEST:
         lit = "1 direction" if count == 1 else f"{count} directions"
-        problem = f"is lit from {lit}, which do not tell a slope from a colour"
+        problem = f"is lit from {lit}, which do not separate a slope from a colour"
         raise InputError(where, problem, "Photograph it under lamps in three directions or more, from several sides")
     distance = stack.provenance.get("lamp_distance_widths")
     nearness = 1.0 / float(distance) if isinstance(distance, int | float) and distance > 0.5 else 0.0

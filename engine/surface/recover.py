@@ -381,10 +381,10 @@ def _health(maps: PbrMaps, white: float, photographs: int, doubts: list[Finding]
     if maps.wide is not None:
         findings.append(Finding(Verdict.NOTE, wide_text(maps.wide)))
     if photographs < FEWEST_FOR_GLOSS:
-        text = f"{photographs} photographs do not tell highlights: roughness and reflectance are those of plastic"
+        text = f"{photographs} photographs do not resolve highlights: roughness and reflectance are those of plastic"
         findings.append(Finding(Verdict.WARNING, text))
     if white > 1.0:
-        text = f"a white card that faces a lamp is taken to be {number(white)} times as bright as the white level"
+        text = f"a white reference that faces a lamp is taken to be {number(white)} times as bright as the white level"
         findings.append(Finding(Verdict.NOTE, f"{text}, because texels are brighter than a card at that level"))
     if maps.errors.left_out > NOT_BETTER * maps.errors.mean_picture:
         ours, mean = number(maps.errors.left_out), number(maps.errors.mean_picture)

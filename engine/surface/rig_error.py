@@ -59,7 +59,8 @@ def rig_error(stack: ImageStack, used: NDArray[np.int64], seen: Lamps) -> tuple[
     if isinstance(estimated, int | float):
         alike = math.hypot(alike, math.radians(estimated))
         text = (
-            f"The lights were estimated from the photographs alone: normals may err alike by {estimated:.0f}° (1 sigma)"
+            "The lights were estimated from the photographs alone: normals may share an error of "
+            f"{estimated:.0f}° (1 sigma)"
         )
         findings = [*findings, Finding(Verdict.WARNING, text)]
     squares = (apart**2 + more_apart**2) * distance**2 + alike**2 + more_alike**2 + misfit**2

@@ -9633,7 +9633,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>nennt eine Datei außerhalb seines Ordners (%1)</translation>
   </message>
   <message>
-   <source>needs the file %1 beside it, which %2</source>
+   <source>needs the file %1 next to it, which %2</source>
    <translation>braucht die Datei %1 neben sich; sie %2</translation>
   </message>
   <message>
@@ -10144,7 +10144,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>enthält eine Strahldichte von %1; gerechnet wird hier bis %2</translation>
   </message>
   <message>
-   <source>Scale it down, or mend the pixels that no lamp can have made</source>
+   <source>Scale it down, or correct the pixels that no lamp can have made</source>
    <translation>Herunterskalieren oder Pixel korrigieren, die keine Lampe erzeugt haben kann</translation>
   </message>
   <message>
@@ -10999,7 +10999,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Auf mehr als %1 vergrößern</translation>
   </message>
   <message>
-   <source>%1 left out</source>
+   <source>%1 excluded</source>
    <translation>%1 ausgeschlossen</translation>
   </message>
   <message>
@@ -11049,6 +11049,10 @@ Elevation %2°, Azimut %3°</translation>
   <message>
    <source>is damaged: line %1 gives a corner with too many parts</source>
    <translation>ist beschädigt: Zeile %1 enthält eine Ecke mit zu vielen Teilen</translation>
+  </message>
+  <message>
+   <source>is damaged: line %1 gives a corner without a point</source>
+   <translation>ist beschädigt: Zeile %1 enthält eine Ecke ohne Punkt</translation>
   </message>
   <message>
    <source>is damaged: an index in line %1 is not a whole number</source>
@@ -11564,7 +11568,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>%1: Normalen ändern sich um bis zu %2°, %3</translation>
   </message>
   <message>
-   <source>The photographs do not tell that lamps are near: they are taken as distant</source>
+   <source>The photographs do not show that lamps are near: they are taken as distant</source>
    <translation>Die Fotos verraten nicht, dass Lampen nah sind: sie gelten als fern</translation>
   </message>
   <message>
@@ -11576,7 +11580,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Lampen in %1 Bildbreiten Abstand (%2 bis %3)</translation>
   </message>
   <message>
-   <source>The photographs do not tell that lamps differ in intensity: they are taken as equal</source>
+   <source>The photographs do not show that lamps differ in intensity: they are taken as equal</source>
    <translation>Die Fotos verraten keine Unterschiede in der Intensität der Lampen: sie gelten als gleich</translation>
   </message>
   <message>
@@ -11592,7 +11596,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Raumlicht von %1 einer Lampe (±%2) aus Azimut %3°</translation>
   </message>
   <message>
-   <source>The photographs do not tell the list of lights from one that is turned by half a circle: if hills look like valleys, import again with --lights-form turned</source>
+   <source>The photographs do not distinguish the list of lights from one that is turned by half a circle: if hills look like valleys, import again with --lights-form turned</source>
    <translation>Die Fotos unterscheiden die Lichterliste nicht von einer um einen halben Kreis gedrehten: wenn Hügel wie Täler aussehen, mit --lights-form turned neu importieren</translation>
   </message>
   <message>
@@ -11680,7 +11684,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>unter allen Stufen</translation>
   </message>
   <message>
-   <source>Colours were corrected by the chart in %1 (%2): ΔE2000 of its patches %3 → %4 in the mean, %5 → %6 at most, %7 on patches left out; %8</source>
+   <source>Colours were corrected by the chart in %1 (%2): ΔE2000 of its patches %3 → %4 in the mean, %5 → %6 at most, %7 on held-out patches; %8</source>
    <translation>Farben wurden nach der Farbtafel in %1 korrigiert (%2): ΔE2000 ihrer Felder %3 → %4 im Mittel, %5 → %6 höchstens, %7 auf zurückgehaltenen Feldern; %8</translation>
   </message>
   <message>
@@ -11812,7 +11816,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>%1, oder die anderen %2 Fotos ohne dieses importieren</translation>
   </message>
   <message>
-   <source>was left out: it %1. %2</source>
+   <source>was excluded: it %1. %2</source>
    <translation>wurde ausgeschlossen: es %1. %2</translation>
   </message>
   <message>
@@ -12004,11 +12008,11 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Mit --chart ein Foto der Farbtafel angeben, keine .chart-Datei</translation>
   </message>
   <message>
-   <source>does not tell the scale: %1</source>
+   <source>does not show the scale: %1</source>
    <translation>zeigt den Maßstab nicht: %1</translation>
   </message>
   <message>
-   <source>Lay it flat beside the sample</source>
+   <source>Lay it flat next to the sample</source>
    <translation>Flach neben die Probe legen</translation>
   </message>
   <message>
@@ -12060,7 +12064,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Die Datei der Lichter gibt die Intensität jeder Lampe an</translation>
   </message>
   <message>
-   <source>; differences that change smoothly over the lamps cannot be told from the reflectance and stay</source>
+   <source>; differences that change smoothly over the lamps cannot be separated from the reflectance and stay</source>
    <translation>; Unterschiede, die sich gleichmäßig über die Lampen ändern, lassen sich vom Reflexionsgrad nicht trennen und bleiben</translation>
   </message>
   <message>
@@ -12260,7 +12264,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Die Kamera bewegte sich um bis zu %1 px: Fotos wurden zurückgeschoben, %2</translation>
   </message>
   <message>
-   <source>The photographs do not tell that the camera moved: they stay as they are (%1)</source>
+   <source>The photographs do not show that the camera moved: they stay as they are (%1)</source>
    <translation>Die Fotos verraten keine Bewegung der Kamera: sie bleiben, wie sie sind (%1)</translation>
   </message>
   <message>
@@ -12316,8 +12320,8 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Bearbeitungen</translation>
   </message>
   <message>
-   <source>%1 were left out</source>
-   <translation>%1 wurden ausgelassen</translation>
+   <source>%1 were excluded</source>
+   <translation>%1 wurden ausgeschlossen</translation>
   </message>
   <message>
    <source>Shots lie there in several kinds of files; %1 %2 taken, not</source>
@@ -12384,7 +12388,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Ausschließen</translation>
   </message>
   <message>
-   <source>has %1 lamps, too few to tell their intensities from the reflectance of the object</source>
+   <source>has %1 lamps, too few to separate their intensities from the reflectance of the object</source>
    <translation>hat %1 Lampen, zu wenige, um ihre Intensitäten vom Reflexionsgrad des Objekts zu trennen</translation>
   </message>
   <message>
@@ -12716,11 +12720,11 @@ Elevation %2°, Azimut %3°</translation>
    <translation>den Ordnern, in der Reihenfolge ihrer Namen</translation>
   </message>
   <message>
-   <source>%1 pairs under parallel and crossed polarisers were told by %2: %3 is parallel, %4/%5 is crossed</source>
+   <source>%1 pairs under parallel and crossed polarisers were identified by %2: %3 is parallel, %4/%5 is crossed</source>
    <translation>%1 Paare unter parallelen und gekreuzten Polfiltern wurden erkannt an %2: %3 ist parallel, %4/%5 ist gekreuzt</translation>
   </message>
   <message>
-   <source>%1 pairs under parallel and crossed polarisers were told by %2: %3 is parallel, %4 is crossed</source>
+   <source>%1 pairs under parallel and crossed polarisers were identified by %2: %3 is parallel, %4 is crossed</source>
    <translation>%1 Paare unter parallelen und gekreuzten Polfiltern wurden erkannt an %2: %3 ist parallel, %4 ist gekreuzt</translation>
   </message>
   <message>
@@ -12904,8 +12908,8 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Ein Archiv allein angeben, oder Dateien und Ordner</translation>
   </message>
   <message>
-   <source>Photographs in other folders of %1 were left out: %2</source>
-   <translation>Fotos in anderen Ordnern von %1 wurden ausgelassen: %2</translation>
+   <source>Photographs in other folders of %1 were excluded: %2</source>
+   <translation>Fotos in anderen Ordnern von %1 wurden ausgeschlossen: %2</translation>
   </message>
   <message>
    <source>is a bundle, or holds one: no photographs</source>
@@ -13004,7 +13008,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Lichter werden geschätzt</translation>
   </message>
   <message>
-   <source>does not tell where its lamps stood: %1</source>
+   <source>does not show where its lamps stood: %1</source>
    <translation>verrät nicht, wo seine Lampen standen: %1</translation>
   </message>
   <message>
@@ -13016,7 +13020,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Die Lichter wurden allein aus den Fotos geschätzt, auf %1° (1 Sigma), als die gleich heller, ferner Lampen über einer matten, flach liegenden Probe</translation>
   </message>
   <message>
-   <source>. Hills and valleys were told apart by assumption: the sample bulges towards the camera; if it is hollow, all slopes are reversed</source>
+   <source>. Hills and valleys were distinguished by assumption: the sample bulges towards the camera; if it is hollow, all slopes are reversed</source>
    <translation>. Hügel und Täler wurden durch Annahme unterschieden: die Probe wölbt sich zur Kamera; ist sie hohl, sind alle Steigungen umgekehrt</translation>
   </message>
   <message>
@@ -13288,8 +13292,8 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Die Tafel auch nahe an den Bildrändern fotografieren</translation>
   </message>
   <message>
-   <source>does not tell the lens: corners of the boards are %1 px beside the model</source>
-   <translation>bestimmt das Objektiv nicht: Ecken der Bretter liegen %1 px neben dem Modell</translation>
+   <source>does not determine the lens: corners of the boards are %1 px from the model</source>
+   <translation>bestimmt das Objektiv nicht: Ecken der Schachbretter liegen %1 px vom Modell entfernt</translation>
   </message>
   <message>
    <source>Use a flat board, sharp photographs, and one setting of focus and zoom</source>
@@ -13464,7 +13468,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>es bleibt der Referenz unähnlich (Korrelation %1)</translation>
   </message>
   <message>
-   <source>its light is too unlike (correlation %1) to tell a small shift from shading</source>
+   <source>its light is too unlike (correlation %1) to separate a small shift from shading</source>
    <translation>sein Licht ist zu verschieden (Korrelation %1), um eine kleine Verschiebung von Schattierung zu unterscheiden</translation>
   </message>
   <message>
@@ -13492,8 +13496,8 @@ Elevation %2°, Azimut %3°</translation>
    <translation>jedes um seine eigene Verschiebung</translation>
   </message>
   <message>
-   <source>Crossed photographs lie up to %1 px beside parallel ones and were moved back, %2</source>
-   <translation>Gekreuzte Fotos liegen bis zu %1 px neben parallelen und wurden zurückgeschoben, %2</translation>
+   <source>Crossed photographs lie up to %1 px from parallel ones and were moved back, %2</source>
+   <translation>Gekreuzte Fotos liegen bis zu %1 px von parallelen entfernt und wurden zurückgeschoben, %2</translation>
   </message>
   <message>
    <source>%1 of the pixels are clipped; a shorter exposure would keep them</source>
@@ -13675,7 +13679,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Licht aus %1° wird zu %2 reflektiert: mehr, als ankommt</translation>
   </message>
   <message>
-   <source>samples that are left out are missed by %1 (RMS): highlights are narrower than the distance between samples</source>
+   <source>held-out samples are missed by %1 (RMS): highlights are narrower than the distance between samples</source>
    <translation>zurückgehaltene Abtastungen werden um %1 (RMS) verfehlt: Glanzlichter sind schmaler als der Abstand der Abtastungen</translation>
   </message>
   <message>
@@ -14195,7 +14199,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>braucht die Richtungen seiner Messungen</translation>
   </message>
   <message>
-   <source>Put CUReT's table.txt beside it</source>
+   <source>Put CUReT's table.txt next to it</source>
    <translation>CUReTs table.txt danebenlegen</translation>
   </message>
   <message>
@@ -14890,11 +14894,11 @@ Elevation %2°, Azimut %3°</translation>
    <translation>diese %1 Terme</translation>
   </message>
   <message>
-   <source>Precomputed transport in wavelets can use %1: light maps go into the transport, view maps are looked up while drawing.</source>
+   <source>Precomputed transport in wavelets can use %1: light maps go into the transport, view maps are sampled while drawing.</source>
    <translation>Vorberechneter Transport in Wavelets kann %1 verwenden: Lichtkarten gehen in den Transport ein, Blickkarten werden beim Zeichnen abgetastet.</translation>
   </message>
   <message>
-   <source>Direct light can use them too: two look-ups a term for each light.</source>
+   <source>Direct light can use them too: two samples a term for each light.</source>
    <translation>Auch direktes Licht kann sie verwenden: zwei Abtastungen je Term und Licht.</translation>
   </message>
   <message>
@@ -14906,11 +14910,11 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Vorberechneter Transport in Wavelets kann es nicht: er braucht Faktoren der Einfalls- und der Ausfallsrichtung.</translation>
   </message>
   <message>
-   <source>two look-ups a texture</source>
+   <source>two samples a texture</source>
    <translation>zwei Abtastungen je Textur</translation>
   </message>
   <message>
-   <source>one look-up a texture</source>
+   <source>one sample a texture</source>
    <translation>eine Abtastung je Textur</translation>
   </message>
   <message>
@@ -15257,7 +15261,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>zurückgehaltene Fotos: Fehler %1 8-Bit-Stufen, ihres mittleren Bildes %2</translation>
   </message>
   <message>
-   <source>%1: %2 does not tell these photographs apart</source>
+   <source>%1: %2 does not distinguish these photographs</source>
    <translation>%1: %2 unterscheidet diese Fotos nicht</translation>
   </message>
   <message>
@@ -15496,7 +15500,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>%1 Richtungen</translation>
   </message>
   <message>
-   <source>is lit from %1, which do not tell a slope from a colour</source>
+   <source>is lit from %1, which do not separate a slope from a colour</source>
    <translation>ist aus %1 beleuchtet, die eine Steigung nicht von einer Farbe trennen</translation>
   </message>
   <message>
@@ -15544,12 +15548,12 @@ Elevation %2°, Azimut %3°</translation>
    <translation>%1 des Bildes ist Hintergrund, über den nichts ausgesagt wird</translation>
   </message>
   <message>
-   <source>%1 photographs do not tell highlights: roughness and reflectance are those of plastic</source>
+   <source>%1 photographs do not resolve highlights: roughness and reflectance are those of plastic</source>
    <translation>%1 Fotos bestimmen keine Glanzlichter: Rauheit und Reflexionsgrad sind die von Kunststoff</translation>
   </message>
   <message>
-   <source>a white card that faces a lamp is taken to be %1 times as bright as the white level</source>
-   <translation>eine weiße Karte, die einer Lampe zugewandt ist, gilt als %1-mal so hell wie der Weißpegel</translation>
+   <source>a white reference that faces a lamp is taken to be %1 times as bright as the white level</source>
+   <translation>eine Weißreferenz, die einer Lampe zugewandt ist, gilt als %1-mal so hell wie der Weißpegel</translation>
   </message>
   <message>
    <source>%1, because texels are brighter than a card at that level</source>
@@ -15588,7 +15592,7 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Steigungen und Reflexion werden bestimmt</translation>
   </message>
   <message>
-   <source>The lights were estimated from the photographs alone: normals may err alike by %1° (1 sigma)</source>
+   <source>The lights were estimated from the photographs alone: normals may share an error of %1° (1 sigma)</source>
    <translation>Die Lichter wurden allein aus den Fotos geschätzt: Normalen können gemeinsam um %1° abweichen (1 Sigma)</translation>
   </message>
   <message>
@@ -15655,8 +15659,8 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Pfade je Pixel</translation>
   </message>
   <message>
-   <source>unknown source %1, lookup %2 or above %3</source>
-   <translation>unbekannte Quelle %1, Abtastung %2 oder oberhalb %3</translation>
+   <source>unknown source %1, form %2 or region above %3</source>
+   <translation>unbekannte Quelle %1, Form %2 oder Bereich oberhalb %3</translation>
   </message>
   <message>
    <source>an irradiance of %1 is outside 0 … %2</source>
@@ -16453,8 +16457,8 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Albedo und Normalen</translation>
   </message>
   <message>
-   <source>the look-up 'outgoing' is of all light at once: no reference exists for it</source>
-   <translation>die Abtastung 'outgoing' gilt für alles Licht zugleich: dafür gibt es keine Referenz</translation>
+   <source>the form 'outgoing' depends on all light at once: no reference exists for it</source>
+   <translation>die Form 'outgoing' hängt von allem Licht zugleich ab: dafür gibt es keine Referenz</translation>
   </message>
   <message>
    <source>Reference, %1 samples</source>
@@ -16948,15 +16952,15 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
    <translation>das Material hat weder Schattierungskarte noch Potenzgesetz, Richtungskarte oder PBR-Karten</translation>
   </message>
   <message>
-   <source>PBR maps stand in place of what comes from photographs, and not beside it</source>
-   <translation>PBR-Karten stehen anstelle dessen, was aus Fotos kommt, nicht daneben</translation>
+   <source>PBR maps replace what comes from photographs: a material has one of them</source>
+   <translation>PBR-Karten ersetzen, was aus Fotos kommt: ein Material hat eines von beiden</translation>
   </message>
   <message>
    <source>%1 has values that are negative or not finite</source>
    <translation>%1 hat negative oder nicht endliche Werte</translation>
   </message>
   <message>
-   <source>codes of 8-bit sRGB for each code of a plane</source>
+   <source>8-bit sRGB levels per level of a plane</source>
    <translation>8-Bit-Stufen in sRGB für jede Stufe einer Ebene</translation>
   </message>
   <message>
@@ -16976,11 +16980,11 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
    <translation>%1 hat Lichter, die keine Einheitsvektoren sind</translation>
   </message>
   <message>
-   <source>lightarc bundle view opens a page that is made anew</source>
+   <source>lightarc bundle view opens a newly made page</source>
    <translation>lightarc bundle view öffnet eine neu erzeugte Seite</translation>
   </message>
   <message>
-   <source>lightarc export --to shaders writes one anew</source>
+   <source>lightarc export --to shaders writes a new one</source>
    <translation>lightarc export --to shaders schreibt einen neu</translation>
   </message>
   <message>
@@ -17004,7 +17008,7 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
    <translation>einer anderen Fassung der Version %1</translation>
   </message>
   <message>
-   <source>was written by %1, and this one cannot tell whether somebody changed it</source>
+   <source>was written by %1, and this one cannot check whether somebody changed it</source>
    <translation>wurde von %1 geschrieben, und dieses Programm kann nicht erkennen, ob jemand es geändert hat</translation>
   </message>
   <message>
@@ -17355,11 +17359,11 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
    <translation>der Lack wird als Klarlack geschrieben, was eine andere Keule ist</translation>
   </message>
   <message>
-   <source>diffuse roughness and weights of the base are left out</source>
+   <source>diffuse roughness and weights of the base are not written</source>
    <translation>diffuse Rauheit und Gewichte der Grundschicht fehlen</translation>
   </message>
   <message>
-   <source>layers are left out: %1</source>
+   <source>layers are not written: %1</source>
    <translation>Schichten fehlen: %1</translation>
   </message>
   <message>
@@ -17407,7 +17411,7 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
    <translation>was diese Dateien zeigen, ist %1 vom Material entfernt (relativer RMSE unter %2)</translation>
   </message>
   <message>
-   <source>these are the errors of the power law; the slices beside it are %1 away in GLSL and HLSL</source>
+   <source>these are the errors of the power law; the slices next to it are %1 away in GLSL and HLSL</source>
    <translation>dies sind die Fehler des Potenzgesetzes; die Schichten daneben sind in GLSL und HLSL %1 entfernt</translation>
   </message>
   <message>
@@ -17439,7 +17443,7 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
    <translation>die OpenPBR-Oberfläche: %1</translation>
   </message>
   <message>
-   <source>the OpenPBR surface: the rotation of the anisotropy is left out</source>
+   <source>the OpenPBR surface: the rotation of the anisotropy is not written</source>
    <translation>die OpenPBR-Oberfläche: die Drehung der Anisotropie fehlt</translation>
   </message>
   <message>
@@ -17475,11 +17479,11 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
    <translation>szenenlineares Rec.709-sRGB</translation>
   </message>
   <message>
-   <source>Copy the textures beside the document, or name their folder with --search</source>
+   <source>Copy the textures next to the document, or name their folder with --search</source>
    <translation>Die Texturen neben das Dokument kopieren oder ihren Ordner mit --search angeben</translation>
   </message>
   <message>
-   <source>Copy the textures beside it, or name their folder with --search</source>
+   <source>Copy the textures next to it, or name their folder with --search</source>
    <translation>Die Texturen danebenkopieren oder ihren Ordner mit --search angeben</translation>
   </message>
   <message>
@@ -17487,7 +17491,7 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
    <translation>Als .glb exportieren oder den Ordner seiner Bilder mit --search angeben</translation>
   </message>
   <message>
-   <source>Copy the textures beside it, name their folder with --search, or export it as .usdz</source>
+   <source>Copy the textures next to it, name their folder with --search, or export it as .usdz</source>
    <translation>Die Texturen danebenkopieren, ihren Ordner mit --search angeben oder als .usdz exportieren</translation>
   </message>
   <message>
@@ -17931,7 +17935,7 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
    <translation>hat %1 Terme des Typs %2, der %3 hat</translation>
   </message>
   <message>
-   <source>needs plane_%1.jpg or plane_%2.png beside it, which is not there</source>
+   <source>needs plane_%1.jpg or plane_%2.png next to it, which is not there</source>
    <translation>braucht plane_%1.jpg oder plane_%2.png daneben, das nicht da ist</translation>
   </message>
   <message>
@@ -18117,7 +18121,7 @@ Der Kopf eines PTM hat dafür keinen Platz.
    <translation>Shader werden geschrieben</translation>
   </message>
   <message>
-   <source>tiles that keep their slices are looked up by the GLSL alone, and shown by the power law else</source>
+   <source>tiles that keep their slices are sampled by the GLSL alone, and shown by the power law else</source>
    <translation>Kacheln, die ihre Schichten behalten, tastet nur das GLSL ab; sonst zeigt sie das Potenzgesetz</translation>
   </message>
   <message>
@@ -18261,7 +18265,7 @@ Der Kopf eines PTM hat dafür keinen Platz.
    <translation>die Höhe hat %1 Bereiche, und die Stufen dazwischen sind unbekannt</translation>
   </message>
   <message>
-   <source>up to a third darker where light between facets is left out, as in plain glTF</source>
+   <source>up to a third darker where light between facets is not simulated, as in plain glTF</source>
    <translation>bis zu einem Drittel dunkler, wo Licht zwischen Facetten fehlt, wie in einfachem glTF</translation>
   </message>
   <message>
@@ -18281,8 +18285,8 @@ Der Kopf eines PTM hat dafür keinen Platz.
    <translation>%1 × %2 UDIM-Kacheln sind eine Textur: %3</translation>
   </message>
   <message>
-   <source>left out: %1</source>
-   <translation>weggelassen: %1</translation>
+   <source>not written: %1</source>
+   <translation>nicht geschrieben: %1</translation>
   </message>
   <message>
    <source>f0 varies, and %1 states its mean, %2</source>

@@ -85,7 +85,7 @@ def _directions(path: Path) -> NDArray[np.float64]:
     """theta_v, phi_v, theta_i, phi_i (M, 4) in radians, from `table.txt` beside `path`."""
     source = path.with_name("table.txt")
     if not is_at_hand(source):
-        raise InputError(path, "needs the directions of its measurements", "Put CUReT's table.txt beside it")
+        raise InputError(path, "needs the directions of its measurements", "Put CUReT's table.txt next to it")
     rows: list[list[float]] = []
     for line in read_lines(source):
         words = line.text.replace(",", " ").split()

@@ -348,7 +348,7 @@ def levels(error: float, brightness: float) -> float:
 
 def _distance(rig: Rig, sigma: float, accepted: bool) -> str:
     if not accepted:
-        return "The photographs do not tell that lamps are near: they are taken as distant"
+        return "The photographs do not show that lamps are near: they are taken as distant"
     nearest, farthest = 1.0 / (rig.nearness + 2.0 * sigma), 1.0 / max(rig.nearness - 2.0 * sigma, 1e-9)
     upper = number(farthest, 3) if farthest < 100.0 else "any distance"
     return f"Lamps {number(1.0 / rig.nearness, 3)} image widths away ({number(nearest, 3)} to {upper})"
@@ -356,7 +356,7 @@ def _distance(rig: Rig, sigma: float, accepted: bool) -> str:
 
 def _gains(rig: Rig, sigma: float, accepted: bool) -> str:
     if not accepted:
-        return "The photographs do not tell that lamps differ in intensity: they are taken as equal"
+        return "The photographs do not show that lamps differ in intensity: they are taken as equal"
     gains = np.exp(rig.log_gains - np.median(rig.log_gains))
     return f"Lamps of {gains.min():.2f} to {gains.max():.2f} of their median intensity (each ±{percent(2.0 * sigma)})"
 

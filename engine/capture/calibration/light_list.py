@@ -53,8 +53,8 @@ TURNED, UPRIGHT, RISE = 0.9, 1.1, 0.1
 
 #: What is said where neither near lamps nor cast shadows tell hills from valleys.
 UNTOLD_RELIEF = (
-    "The photographs do not tell the list of lights from one that is turned by half a circle: if hills look like "
-    "valleys, import again with --lights-form turned"
+    "The photographs do not distinguish the list of lights from one that is turned by half a circle: if hills look "
+    "like valleys, import again with --lights-form turned"
 )
 
 

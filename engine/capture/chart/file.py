@@ -141,7 +141,7 @@ def text_of(record: dict[str, Any]) -> str:
     return (
         f"Colours were corrected by the chart in {record['photograph']} ({form}): ΔE2000 of its patches "
         f"{number(before['mean'])} → {number(after['mean'])} in the mean, {number(before['largest'])} → "
-        f"{number(after['largest'])} at most, {number(record['held_out'])} on patches left out; {grades}"
+        f"{number(after['largest'])} at most, {number(record['held_out'])} on held-out patches; {grades}"
     )
 
 

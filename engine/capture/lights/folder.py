@@ -87,7 +87,7 @@ def one_of_each_shot(photographs: Sequence[Path], named: Collection[str]) -> tup
         out = [path for path in rest(kept) if comparable(path.name) not in named]
         if out and len(kept) - len(out) >= 2:
             kept = [path for path in kept if path not in out]
-            findings.append(_list_left_out(f"{words} were left out", out))
+            findings.append(_list_left_out(f"{words} were excluded", out))
     chosen, said = _select_one_kind(kept, named)
     return chosen, [*findings, *said]
 

@@ -61,7 +61,7 @@ def lamp_gains(
         return patch_gains(medians, sources.elevation)
     terms = _terms(sources.elevation, sources.azimuth)
     if count < _LAMPS_PER_TERM * terms.shape[1]:
-        problem = f"has {count} lamps, too few to tell their intensities from the reflectance of the object"
+        problem = f"has {count} lamps, too few to separate their intensities from the reflectance of the object"
         remedy = f"Give a white patch (--equalise LEFT,TOP,WIDTH,HEIGHT), or {_LAMPS_PER_TERM * terms.shape[1]} lamps"
         raise InputError(place, problem, remedy)
     return object_gains(medians, sources.elevation, sources.azimuth)

@@ -93,10 +93,10 @@ def _kind(stem: str) -> tuple[bool | None, tuple[str, ...]]:
 def _describe_pairs(crossed: Mapping[Path, Path], by: str) -> PolarisedPairs:
     first = next(iter(crossed.items()))
     text = (
-        f"{len(crossed)} pairs under parallel and crossed polarisers were told by {by}: {first[0].name} is parallel, "
-        f"{first[1].parent.name}/{first[1].name} is crossed"
+        f"{len(crossed)} pairs under parallel and crossed polarisers were identified by {by}: {first[0].name} is "
+        f"parallel, {first[1].parent.name}/{first[1].name} is crossed"
         if first[0].name == first[1].name
-        else f"{len(crossed)} pairs under parallel and crossed polarisers were told by {by}: {first[0].name} is "
+        else f"{len(crossed)} pairs under parallel and crossed polarisers were identified by {by}: {first[0].name} is "
         f"parallel, {first[1].name} is crossed"
     )
     return PolarisedPairs(tuple(crossed), crossed, (Finding(Verdict.NOTE, text),))

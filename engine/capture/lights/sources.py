@@ -517,7 +517,7 @@ def find_packed(
     finally:
         if keep is not None and not is_whole:
             discard(keep)
-    text = f"Photographs in other folders of {archive.name} were left out: {join_names(left_out)}"
+    text = f"Photographs in other folders of {archive.name} were excluded: {join_names(left_out)}"
     findings = (Finding(Verdict.NOTE, text),) if left_out else ()
     unpacked = Unpacked(archive, members, folder)
     return replace(sources, unpacked=unpacked, findings=(*sources.findings, *findings))

@@ -82,7 +82,7 @@ def estimate_lights(sources: Sources, transfer: TransferChoice) -> Steps[Sources
     try:
         found = estimate_lamps(small)
     except NotTold as error:
-        problem = f"does not tell where its lamps stood: {error}"
+        problem = f"does not show where its lamps stood: {error}"
         raise InputError(sources.photographs[0].parent, problem, "Give a list of lights (.lp)") from None
     elevation = np.arcsin(np.clip(found.directions[:, 2], 0.0, 1.0))
     azimuth = np.arctan2(found.directions[:, 1], found.directions[:, 0])
@@ -93,8 +93,8 @@ def estimate_lights(sources: Sources, transfer: TransferChoice) -> Steps[Sources
     )
     if found.is_convex_assumed:
         text += (
-            ". Hills and valleys were told apart by assumption: the sample bulges towards the camera; if it is hollow, "
-            "all slopes are reversed"
+            ". Hills and valleys were distinguished by assumption: the sample bulges towards the camera; if it is "
+            "hollow, all slopes are reversed"
         )
     kept = [finding for finding in sources.findings if not finding.text.startswith((ASSUMED, FROM_NAMES))]
     return replace(

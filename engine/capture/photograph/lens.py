@@ -171,7 +171,9 @@ def lens_of_boards(images: Sequence[NDArray[np.uint8]], place: Path) -> Lens:
     k1, k2, p1, p2, k3 = (float(value) for value in numbers)
     lens = Lens(width, height, focal, (k1, k2, p1, p2, k3), float(residual), len(found))
     if not residual <= MAX_RESIDUAL_PX or not lens.largest_shift_px() <= _MAX_SHIFT * width:
-        problem = f"does not tell the lens: corners of the boards are {number(float(residual), 2)} px beside the model"
+        problem = (
+            f"does not determine the lens: corners of the boards are {number(float(residual), 2)} px from the model"
+        )
         raise InputError(place, problem, "Use a flat board, sharp photographs, and one setting of focus and zoom")
     return lens
 

@@ -184,7 +184,9 @@ def refine(
     if confidence < _MIN_CONFIDENCE:
         raise TooUnlike(f"it stays unlike the reference (correlation {max(0.0, confidence):.2f})")
     if confidence < SURE and largest_move(matrix, target[0].shape) < _SHADING_PX:
-        raise TooUnlike(f"its light is too unlike (correlation {confidence:.2f}) to tell a small shift from shading")
+        raise TooUnlike(
+            f"its light is too unlike (correlation {confidence:.2f}) to separate a small shift from shading"
+        )
     return matrix, min(1.0, confidence)
 
 

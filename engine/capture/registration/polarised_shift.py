@@ -44,7 +44,7 @@ class PairShift:
             return ""
         largest = float(np.hypot(*self.shifts.T).max())
         alike = "all alike" if np.ptp(self.shifts, axis=0).max() == 0.0 else "each by its own shift"
-        return f"Crossed photographs lie up to {largest:.2g} px beside parallel ones and were moved back, {alike}"
+        return f"Crossed photographs lie up to {largest:.2g} px from parallel ones and were moved back, {alike}"
 
 
 def measure_shift(parallel: Grey, crossed: Grey) -> Array:

@@ -35,10 +35,10 @@ _TEXT_LIMIT_BYTES = 4 << 20
 _INCLUDE, _MAX_INCLUDED = re.compile(rb'<xi:include[^<>]{1,200}?href="([^"<>]{1,300}+)"'), 32
 
 _REMEDIES = {
-    "materialx": "Copy the textures beside the document, or name their folder with --search",
-    "mtl": "Copy the textures beside it, or name their folder with --search",
+    "materialx": "Copy the textures next to the document, or name their folder with --search",
+    "mtl": "Copy the textures next to it, or name their folder with --search",
     "gltf": "Export it as .glb, or name the folder of its images with --search",
-    "usd": "Copy the textures beside it, name their folder with --search, or export it as .usdz",
+    "usd": "Copy the textures next to it, name their folder with --search, or export it as .usdz",
 }
 
 #: The decoder of USD.

@@ -376,7 +376,7 @@ def _relight_planes(beside: Mapping[str, bytes], name: str, count: int, height: 
         names = [f"plane_{number}.{ending}" for ending in ("png", "jpg", "jpeg")]
         found = next((beside[each] for each in names if each in beside), None)
         if found is None:
-            problem = f"needs plane_{number}.jpg or plane_{number}.png beside it, which is not there"
+            problem = f"needs plane_{number}.jpg or plane_{number}.png next to it, which is not there"
             raise InputError(name, problem, "Copy the whole folder, or export its planes as images without tiles")
         image = _image(found, f"{Path(name).parent / names[1]}", height, width)
         planes += [image[..., channel] for channel in range(3)]

@@ -347,7 +347,7 @@ def test_a_material_that_is_worse_than_a_mean_image_is_refused_unless_forced(
     result = json.loads(done.out)
     assert result["leave_one_out_rmse_srgb8"] > result["mean_picture_rmse_srgb8"]
     assert (result["representation"], result["verdict"]) == ("shading-map", "warning")
-    assert any("brightness alone does not tell these photographs apart" in each for each in result["warnings"])
+    assert any("brightness alone does not distinguish these photographs" in each for each in result["warnings"])
 
 
 def test_lamps_on_several_sides_become_a_directional_material_by_default(

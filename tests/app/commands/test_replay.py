@@ -77,7 +77,7 @@ def test_maps_of_the_surface_are_made_of_the_photographs_that_they_were_made_of(
     others = surface_in("others", (stack, frozenset()))
     assert (others["bit_equal"], others["reason"][:16]) == (False, "base_colour and ")
     none = surface_in("none", (stack, frozenset(stack.sources[2:])))
-    assert (none["bit_equal"], "do not tell a slope" in none["reason"]) == (None, True)
+    assert (none["bit_equal"], "do not separate a slope" in none["reason"]) == (None, True)
 
 
 def test_what_no_photographs_lead_to_is_named_with_the_reason(tmp_path: Path, photographs: Path) -> None:

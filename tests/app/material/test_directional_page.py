@@ -121,7 +121,7 @@ def test_a_shading_map_can_be_wished_for_and_the_wish_undone(filled: MainWindow,
     qtbot.waitUntil(lambda: filled.bench.document.project.material.shading_map is not None, timeout=240_000)
     assert filled.material.pages.currentIndex() == 1
     warnings = filled.bench.document.project.material.health.warnings
-    assert any("brightness alone does not tell" in each for each in warnings)
+    assert any("brightness alone does not distinguish" in each for each in warnings)
     assert [each.name for each in filled.material.candidates.rows] == ["Shading map", "Mean image"]
     assert filled.material.candidates.verdict.text().startswith("Worse than the mean image")
     filled.undo.trigger()

@@ -83,7 +83,6 @@ def test_texts_that_the_window_may_show_are_in_words_of_the_field(phrases: dict[
     found = [
         f"{context}: {match[0]}: {text}"
         for context, texts in phrases.items()
-        if not context.startswith("engine/")  # written in other words as well, for the command line
         for text in texts
         for match in (OLD_IN_WINDOW.search(text), context in RENDERED and re.search(r"\blamps? |\bLamps?\b", text))
         if match

@@ -83,7 +83,7 @@ def test_a_photograph_cut_short_is_left_out_with_its_reason(folder: Callable[...
     assert stack.elevation_deg.tolist() == [10.0, 30.0, 70.0]
     assert broken.name not in stack.sources
     (said,) = [finding for finding in stack.health.findings if finding.source == broken.name]
-    assert "was left out: it" in said.text
+    assert "was excluded: it" in said.text
     with pytest.raises(Doubtful, match="the other 3 photographs") as refused:
         import_capture(place, strict=True)
     assert (refused.value.consent, refused.value.path) == ("leave_out", str(broken))

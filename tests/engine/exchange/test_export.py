@@ -87,7 +87,7 @@ def test_slices_count_where_shaders_hold_them(tmp_path: Path) -> None:
     assert [row["target"] for row in record["auto"]["candidates"] if row.get("by") == "slices"] == ["shaders"]
     assert made["slices"]["rmse_rel_reference"] == 0.0
     assert made["rmse_rel_reference"] > 0.3
-    assert any("the slices beside it are 0 % away in GLSL and HLSL" in words for words in made["warnings"])
+    assert any("the slices next to it are 0 % away in GLSL and HLSL" in words for words in made["warnings"])
 
 
 def test_what_files_show_in_place_of_the_material_is_said(tmp_path: Path) -> None:

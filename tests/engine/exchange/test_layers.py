@@ -94,7 +94,7 @@ def test_a_clear_coat_comes_back_as_one(tmp_path: Path) -> None:
         True,
     ]
     assert b"inputs:clearcoat = 0.8" in made[2].files["rock.usdz"]
-    assert "layers are left out: clear coat" in drain(textures.contents(subject, Settings(), "")).warnings
+    assert "layers are not written: clear coat" in drain(textures.contents(subject, Settings(), "")).warnings
 
 
 def test_gltf_keeps_what_its_extensions_have_a_place_for(tmp_path: Path) -> None:
@@ -165,7 +165,7 @@ def test_anisotropy_of_a_stated_roughness_is_exact() -> None:
 
 def test_textures_name_the_layers_that_they_leave_out() -> None:
     made = drain(textures.contents(layered_subject(), Settings(), ""))
-    words = "layers are left out: clear coat, fuzz, thin film, colour of highlights"
+    words = "layers are not written: clear coat, fuzz, thin film, colour of highlights"
     assert words in made.warnings
 
 

@@ -47,7 +47,7 @@ def test_V8_solids_are_closed_and_their_volume_is_known(
     ("text", "one"),
     [
         ("edges have faces that are turned against each other", "1 edge has faces that are turned against each other"),
-        ("repeated faces left out", "1 repeated face left out"),
+        ("repeated faces excluded", "1 repeated face excluded"),
         ("points lie within edges of other faces", "1 point lies within edges of other faces"),
         ("normals were none and taken from the faces", "1 normal was none and taken from the faces"),
     ],

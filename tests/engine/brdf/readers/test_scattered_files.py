@@ -213,7 +213,7 @@ def test_curet_tables(tmp_path: Path) -> None:
     (tmp_path / "table.txt").write_text(degrees)
     np.testing.assert_allclose(read_curet(tmp_path / "bbrdf.dat#1").wi, samples.wi, atol=1e-9)
     (tmp_path / "table.txt").unlink()
-    with pytest.raises(InputError, match=r"needs the directions .* Put CUReT's table\.txt beside it"):
+    with pytest.raises(InputError, match=r"needs the directions .* Put CUReT's table\.txt next to it"):
         read_curet(tmp_path / "bbrdf.dat#1")
 
 

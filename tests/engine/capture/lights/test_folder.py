@@ -71,7 +71,7 @@ def test_copies_go_only_where_every_byte_is_equal(tmp_path: Path) -> None:
     (place / "b_20deg (1).png").write_bytes((place / "b_20deg.png").read_bytes())
     sources = find([place])
     assert take_marks(sources) == ["a_10deg.png", "b_20deg.png", "c_30deg.png"]
-    assert "equal in every byte, were left out: b_20deg (1).png" in describe(sources)
+    assert "equal in every byte, were excluded: b_20deg (1).png" in describe(sources)
 
 
 def test_a_rule_that_leaves_nothing_is_no_rule(tmp_path: Path) -> None:

@@ -78,7 +78,7 @@ def test_an_archive_imports_as_its_folder_does(tmp_path: Path, pack: Any, name: 
     assert [one["member"] for one in packed.provenance["photographs"]] == [f"suede/{n}.png" for n in "abc"]
     assert packed.provenance["photographs"][0]["exposures"][0]["member"] == "suede/a.png"
     assert plain.provenance["archive"] is None
-    assert any("left out: suede/truth" in finding.text for finding in sources.findings)
+    assert any("excluded: suede/truth" in finding.text for finding in sources.findings)
 
 
 def test_the_unpacked_photographs_vanish_with_their_sources(tmp_path: Path) -> None:

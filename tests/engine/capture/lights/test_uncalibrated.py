@@ -71,7 +71,7 @@ def test_an_import_without_lights_is_marked_as_an_estimate(tmp_path: Path) -> No
     few.mkdir()
     for file in sorted(folder.iterdir())[:5]:
         (few / file.name).write_bytes(file.read_bytes())
-    with pytest.raises(InputError, match="does not tell where its lamps stood"):
+    with pytest.raises(InputError, match="does not show where its lamps stood"):
         drain(import_stack(find([few]), ImportSettings(estimate_lights=True), tmp_path / "other"))
 
 

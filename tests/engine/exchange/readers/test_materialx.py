@@ -342,7 +342,7 @@ def test_examples_of_materialx_open_where_their_images_are_there(shared_data: Ca
         except InputError as error:
             refused[path.stem] = error.problem
     assert refused.pop("simple_hair_default") == "has no surface that is read"
-    assert all("beside it, which does not exist" in problem for problem in refused.values())
+    assert all("next to it, which does not exist" in problem for problem in refused.values())
     assert len(refused) == 4
 
 

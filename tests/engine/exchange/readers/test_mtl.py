@@ -146,7 +146,7 @@ def test_a_model_without_its_library_says_so(model: Path) -> None:
     assert find_doubt_of_parts(model) is None
     (model.parent / "parts.mtl").unlink()
     doubt = find_doubt_of_parts(model)
-    assert doubt == "is drawn without its materials: it needs the file 'parts.mtl' beside it, which does not exist"
+    assert doubt == "is drawn without its materials: it needs the file 'parts.mtl' next to it, which does not exist"
     for wrong in ("../parts.mtl", "/etc/passwd"):
         model.write_text(OBJ.replace("parts.mtl", wrong))
         with pytest.raises(InputError, match="outside its folder"):

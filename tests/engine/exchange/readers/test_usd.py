@@ -221,7 +221,7 @@ def test_what_is_not_read_is_named(tmp_path: Path, text: str, words: str) -> Non
 def test_a_layer_that_is_missing_is_named(tmp_path: Path) -> None:
     (tmp_path / "a.usda").write_text(HEAD + 'def "a" (\n    payload = @absent.usdc@\n)\n{\n}\n')
     assert decode(tmp_path / "a.usda") == {"missing": ["absent.usdc"]}
-    with pytest.raises(InputError, match=r"needs the file 'absent.usdc' beside it, which does not exist"):
+    with pytest.raises(InputError, match=r"needs the file 'absent.usdc' next to it, which does not exist"):
         read_mesh(tmp_path / "a.usda")
 
 
