@@ -16,6 +16,7 @@ from app.arguments.results import Input, Output, watch_result
 from app.cli import import_
 from app.process import ending
 from app.project.project_file import ENDING
+from engine.capture.ahead import WrittenAhead
 from engine.capture.arriving import Arrived, Capture, Wait, Watching, arrive, decoding_options
 from engine.capture.decoded import Decoded
 from engine.capture.import_stack import import_stack
@@ -93,7 +94,7 @@ seconds_after_last, from the end of the last photograph until the result was wri
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from app.document.import_choices import choices_of
     from app.watch.camera import Camera
-    from app.watch.project import write_project
+    from app.watch.project import ahead_of, write_project
 
     begun_s, (folder,) = time.perf_counter(), arguments.photographs
     settings, sphere = import_.choose_settings(arguments), import_.outline_of(arguments.sphere)
@@ -110,11 +111,13 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     wishes = Watching(folder, arguments.expect, arguments.until_idle, arguments.angles_deg, sphere, frames)
     with ExitStack() as held:
         decoded = held.enter_context(closing(Decoded(decoding_options(folder, settings))))
+        beside = ahead_of(target) if is_project else target
+        ahead = held.enter_context(closing(WrittenAhead(beside, settings, decoded.options)))
         source: Camera | Notices = Notices(folder) if arguments.camera is None else Camera(folder, arguments.camera)
         with closing(source):
             name = source.name if isinstance(source, Camera) else str(folder)
             show(Step(0.0, f"waiting for photographs from {name}"))
-            capture, stopped, last_s = _follow(decoded, wishes, source.wait, show)
+            capture, stopped, last_s = _follow(decoded, ahead, wishes, source.wait, show)
         sources = drain(import_.find_sources(arguments, [folder]), show)
         if choices is not None:
             stack = drain(write_project(target, sources, choices), show).stack
@@ -151,7 +154,7 @@ def report(result: dict[str, Any]) -> str:
 
 
 def _follow(
-    decoded: Decoded, wishes: Watching, wait: Wait, show: Callable[[Step], None]
+    decoded: Decoded, ahead: WrittenAhead, wishes: Watching, wait: Wait, show: Callable[[Step], None]
 ) -> tuple[Capture, bool, float]:
     """The capture when it has ended, whether Ctrl+C ended it, and when its last photograph was there."""
     finish, last_s = threading.Event(), time.perf_counter()
@@ -165,7 +168,7 @@ def _follow(
         show(Step(step.done, step.note))
 
     with ending.during(finish.set, IMPORTING_S):
-        capture = drain(arrive(decoded, wishes, finish.is_set, wait), tell)
+        capture = drain(arrive(decoded, wishes, finish.is_set, wait, ahead), tell)
     if finish.is_set():
         ending.go_on()
     return capture, finish.is_set(), last_s

@@ -17,12 +17,14 @@ from app.capture.photograph_list import PhotographList, Row, file_name
 from app.commands.workbench import Workbench
 from app.document.import_choices import settings_of
 from app.jobs.jobs import Job
+from app.watch.project import ahead_of
 from app.widgets import theme
 from app.widgets.image_view import paint_whole, rgb_image
 from app.widgets.language import translate
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Rows, button, enable, line, text, with_buttons
 from app.widgets.theme import PADDING, STEP
+from engine.capture.ahead import WrittenAhead
 from engine.capture.arriving import Arrived, Capture, Watching, arrive, decoding_options
 from engine.capture.decoded import Decoded
 from engine.core.directions import surface_direction
@@ -120,6 +122,7 @@ class WatchDialog(QDialog):
         self.capture = Capture()
         self.job: Job | None = None
         self.decoded: Decoded | None = None
+        self.ahead: WrittenAhead | None = None
         self._finish = threading.Event()
         self.setWindowTitle("Watch")
         self.resize(*SIZE)
@@ -209,15 +212,17 @@ class WatchDialog(QDialog):
         self.list.photographs.thumbnails.clear()
         self._show(Capture())
         self.preview.show_relit(None)
-        folder, finish = self.folder, self._finish
+        folder, finish, beside = self.folder, self._finish, self.bench.own / "ahead"
         choices = self.bench.document.project.import_choices.for_another_capture
         wishes = Watching(folder, round(self.expected.value) or None)
 
         def work() -> Steps[Capture]:
             yield Step(0.0, "")
-            self.decoded = decoded = Decoded(decoding_options(folder, settings_of(choices)))
+            settings = settings_of(choices)
+            self.decoded = decoded = Decoded(decoding_options(folder, settings))
+            self.ahead = ahead = WrittenAhead(ahead_of(beside), settings, decoded.options)
             with closing(Notices(folder)) as notices:
-                arriving = arrive(decoded, wishes, finish.is_set, notices.wait)
+                arriving = arrive(decoded, wishes, finish.is_set, notices.wait, ahead)
                 return (yield from relay(arriving, _with_preview))
 
         self.job = self.bench.jobs.submit("Watching a folder", work, lane="screen")
@@ -237,10 +242,11 @@ class WatchDialog(QDialog):
             self.close()
 
     def forget(self) -> None:
-        """Let go of what has been decoded."""
-        if self.decoded is not None:
-            self.decoded.close()
-            self.decoded = None
+        """Let go of what has been decoded and written."""
+        for each in (self.ahead, self.decoded):
+            if each is not None:
+                each.close()
+        self.ahead = self.decoded = None
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """End with the dialog, whose photographs nobody sees any more."""

@@ -13,9 +13,16 @@ from app.document.document import ImportChoices, Project
 from app.project.photographs import photographs
 from app.project.project_file import History, Writer, data_folder
 from app.project.thumbnail import keep_thumbnail
+from app.session import cache
 from engine.capture.lights.sources import Sources
 from engine.core.steps import Step, Steps, part, without_partials
 from engine.storage.atomic import make_folder
+
+
+def ahead_of(otherwise: Path) -> Path:
+    """The path beside which lights are written before a stack is imported for a project: in the cache, where its pixels
+    will be, or `otherwise`."""
+    return cache.entry("ahead") or otherwise
 
 
 def write_project(path: Path, sources: Sources, choices: ImportChoices) -> Steps[Project]:

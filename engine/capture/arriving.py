@@ -8,7 +8,7 @@ when it changes.
 What is said of photographs is what the report of an import says (`engine.capture.report`, `engine.capture.empty`), of
 those that are there; it changes while others arrive. Motion is that against the first photograph, as two photographs
 are aligned, and is not known where their light is too unlike. What was decoded is kept for the import
-(`engine.capture.decoded`).
+(`engine.capture.decoded`), and lights of which all is known are written for it (`engine.capture.ahead`).
 
 Cost: a photograph of 24 megapixels 0.4 s besides its decoder, half of it for the motion.
 """
@@ -27,6 +27,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.ahead import WrittenAhead
 from engine.capture.decoded import Decoded, Kept, Mark, mark_of
 from engine.capture.doubts import FEWEST
 from engine.capture.empty import empty
@@ -175,12 +176,17 @@ def decoding_options(folder: Path, settings: ImportSettings) -> dict[str, Any]:
 
 
 def arrive(
-    decoded: Decoded, watching: Watching, is_ended: Callable[[], bool] = lambda: False, wait: Wait | None = None
+    decoded: Decoded,
+    watching: Watching,
+    is_ended: Callable[[], bool] = lambda: False,
+    wait: Wait | None = None,
+    ahead: WrittenAhead | None = None,
 ) -> Steps[Capture]:
     """Follow a folder until as many photographs are there as are expected, none came for a time, or it `is_ended`.
 
-    Steps carry a `Capture` when something has changed. At the end files that are being written are waited for, for
-    `GIVE_UP_S` at most. Raises InputError for a folder that cannot be read.
+    Lights are written `ahead` between two looks, as far as they can be. Steps carry a `Capture` when something has
+    changed. At the end files that are being written are waited for, for `GIVE_UP_S` at most. Raises InputError for a
+    folder that cannot be read.
     """
     follow = _Follow(decoded, watching)
     try:
@@ -202,6 +208,8 @@ def arrive(
                 ended_s = min(ended_s, now)
             if now - ended_s >= (GIVE_UP_S if follow.is_busy else 0.0):
                 return capture
+            if ahead is not None and math.isinf(ended_s):
+                follow.write_next(ahead)
             closed = (wait or _sleep)(LOOK_S)
     finally:
         follow.close()
@@ -363,6 +371,11 @@ class _Follow:
         file.said = True
         self.order.append(path)
         self._new.add(path)
+
+    def write_next(self, ahead: WrittenAhead) -> None:
+        """Write one light to its place in the stack, where a list tells it."""
+        if self._listed is not None:
+            ahead.write_next([path for path in self.order if self.files[path].kept is not None], self._listed)
 
     def judge(self) -> None:
         """Say of all photographs what is to be said of them by now."""

@@ -20,20 +20,19 @@ from __future__ import annotations
 
 import math
 import os
-import zlib
 from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 import engine
+from engine.capture.ahead import AheadLight, Begun, take_begun
 from engine.capture.assumptions import compare_azimuths
 from engine.capture.calibration.correction import Correction, room_light, room_share
 from engine.capture.calibration.estimate import Estimate, Term, describe_undecided, estimate, levels, sample_texels
@@ -41,7 +40,7 @@ from engine.capture.calibration.light_list import ListCheck, check_list
 from engine.capture.calibration.motion import camera_motion
 from engine.capture.calibration.polarisation import PairTexels, separate, texel_grid
 from engine.capture.calibration.rig import TERMS, Rig, lamp_vectors
-from engine.capture.calibration.separation import Separation, gain_text
+from engine.capture.calibration.separation import gain_text
 from engine.capture.calibration.transfer import check_transfer
 from engine.capture.decoded import Kept, find_kept
 from engine.capture.doubts import check_angles, without_empty, without_unreadable
@@ -65,6 +64,7 @@ from engine.capture.mask import Mask, pack
 from engine.capture.mask_source import ALPHA, read_mask
 from engine.capture.noted import Noted, note, reduce_luminance, small
 from engine.capture.object_outline import ObjectOutline
+from engine.capture.output import BAND_PIXELS, RECORD_BYTES, CorrectRows, Output
 from engine.capture.output_region import View, view_of
 from engine.capture.photograph.decode import Photograph, ReadAhead, Unreadable
 from engine.capture.photograph.exposures import Exposure
@@ -74,7 +74,7 @@ from engine.capture.registration.control_points import choose_marked_kind, with_
 from engine.capture.registration.pair_motion import Alignment
 from engine.capture.registration.polarised_shift import decide_shifts, measure_shift
 from engine.capture.registration.texture import Grey, reduction
-from engine.capture.registration.warp import Region, move_points, sample_points, warp
+from engine.capture.registration.warp import Region, move_points, sample_points
 from engine.capture.report import (
     grid_step,
     leave_one_out,
@@ -82,9 +82,8 @@ from engine.capture.report import (
     report,
 )
 from engine.capture.scale import magnification_of, scale_text
-from engine.capture.stack import DIFFUSE, RADIANCE, RECORD, SATURATED, ImageStack, npy_header, open_stack
+from engine.capture.stack import DIFFUSE, RADIANCE, RECORD, SATURATED, ImageStack, open_stack
 from engine.capture.stack_record import StackRecord, write_record
-from engine.capture.tally import Tally
 from engine.capture.waiting import PAIR_BYTES, PIXEL_BYTES, CalibrateRows, CodedPixels, Pixels, WaitingLight
 from engine.core.colour import to_display8
 from engine.core.directions import surface_direction
@@ -95,17 +94,11 @@ from engine.core.steps import Step, Steps, part
 from engine.images.codes import Coded
 from engine.images.credits import join_credits
 from engine.images.decode import refuse_larger
-from engine.storage.atomic import atomic_file, atomic_folder, require_space, write_bytes
+from engine.storage.atomic import atomic_folder, require_space, write_bytes
 from engine.storage.records import HealthRecord
 from engine.storage.scratch import array_in, release, scratch_place
 
 __all__ = ["ImportSettings", "ThumbnailReady", "import_stack", "printable"]
-
-_BAND_PIXELS = 1 << 20
-_RECORD_BYTES = 1 << 20
-
-#: Correction in place of rows of radiance, from a row of the photograph on.
-_CorrectRows = Callable[[NDArray[np.float32], int], None]
 
 #: Small photographs and shares of clipped samples.
 _Small = tuple[list[NDArray[np.float32]], list[NDArray[np.float32]]]
@@ -136,124 +129,13 @@ class _Read:
     pair_shifts: list[NDArray[np.float64]] = field(default_factory=list)
     waiting: deque[WaitingLight] = field(default_factory=deque)
     scratch: Path | None = None
-    output: _Output | None = None
+    output: Output | None = None
+    begun: Begun | None = None
 
     @property
     def shape(self) -> tuple[int, int]:
         """Height and width of the photographs."""
         return self.sizes[0][1], self.sizes[0][0]
-
-
-class _Output:
-    """The .npy files of a stack, to which lights are added in order; pairs need the `separation` of their parts.
-
-    `given_back` are bytes on the same disk that are free again by and by, as lights are added.
-    """
-
-    def __init__(
-        self,
-        files: ExitStack,
-        place: Path,
-        count: int,
-        view: View,
-        given_back: int = 0,
-        separation: Separation | None = None,
-    ) -> None:
-        shape = (count, view.region.height, view.region.width)
-        pixel_bytes = PIXEL_BYTES if separation is None else PAIR_BYTES
-        require_space(place, max(0, math.prod(shape) * pixel_bytes - given_back) + _RECORD_BYTES)
-        self._separation = separation
-        self.diffuse_crc32: int | None = None
-        if separation is not None:
-            self.diffuse_crc32 = 0
-            self._diffuse = self._start(files, place / DIFFUSE, npy_header((*shape, 3), np.float32))
-        self.view = view
-        self.tallies: list[Tally] = []
-        self.radiance_crc32 = self.saturated_crc32 = 0
-        self._count = count
-        self._radiance, self._saturated = (
-            self._start(files, place / name, npy_header(full, kind))
-            for name, full, kind in ((RADIANCE, (*shape, 3), np.float32), (SATURATED, shape, np.bool_))
-        )
-        self._writer = files.enter_context(ThreadPoolExecutor(1, thread_name_prefix="writing"))
-        self._writing: Future[None] | None = None
-
-    def _start(self, files: ExitStack, path: Path, header: bytes) -> BinaryIO:
-        file = files.enter_context(atomic_file(path))
-        file.write(header)
-        return file
-
-    def add(
-        self,
-        light: WaitingLight,
-        matrix: NDArray[np.float64],
-        corrections: tuple[_CorrectRows | None, _CorrectRows | None] = (None, None),
-        beside: NDArray[np.float64] | None = None,
-    ) -> Steps[None]:
-        """Correct one light, warp it by its alignment `matrix` and the view at once, band by band, into the files.
-
-        `corrections` are those of the photograph and of the crossed one; `beside` (3, 3) takes pixels of a parallel
-        photograph to those of the crossed one.
-        """
-        view, region, index = self.view, self.view.region, len(self.tallies)
-        whole = matrix @ view.matrix
-        tally = Tally(grid_step(region.height, region.width))
-        take = self._bands(light.pixels, whole, corrections[0])
-        take_crossed = None
-        if light.crossed is not None:
-            take_crossed = self._bands(light.crossed, whole if beside is None else beside @ whole, corrections[1])
-        rows = max(1, _BAND_PIXELS // region.width)
-        for first in range(0, region.height, rows):
-            yield Step((index + first / region.height) / self._count, f"Writing {index + 1} of {self._count}")
-            last = min(first + rows, region.height)
-            band, mask = take(first, last)
-            diffuse = None
-            if take_crossed is not None and self._separation is not None:
-                parts = self._separation.apply(band, take_crossed(first, last)[0])
-                band, diffuse = (np.ascontiguousarray(part) for part in parts)
-            self._finish_writing()
-            self._writing = self._writer.submit(self._write, band, mask, diffuse)
-            tally.add(band, mask, first)
-            light.release()
-        self._finish_writing()
-        self.tallies.append(tally)
-
-    def _write(self, band: NDArray[np.float32], mask: NDArray[np.bool_], diffuse: NDArray[np.float32] | None) -> None:
-        if diffuse is not None and self.diffuse_crc32 is not None:
-            self._diffuse.write(diffuse.data)
-            self.diffuse_crc32 = zlib.crc32(diffuse.data, self.diffuse_crc32)
-        self._radiance.write(band.data)
-        self._saturated.write(mask.data)
-        self.radiance_crc32 = zlib.crc32(band.data, self.radiance_crc32)
-        self.saturated_crc32 = zlib.crc32(mask.data, self.saturated_crc32)
-
-    def _finish_writing(self) -> None:
-        """Wait for the band that is being written while the next is made; raises what went wrong."""
-        if self._writing is not None:
-            self._writing.result()
-            self._writing = None
-
-    def _bands(
-        self, pixels: Pixels | CodedPixels, matrix: NDArray[np.float64], correct: _CorrectRows | None
-    ) -> Callable[[int, int], tuple[NDArray[np.float32], NDArray[np.bool_]]]:
-        """Function from the first row and the one after the last of a band of the region to its radiance and mask."""
-        region, samples = self.view.region, self.view.samples
-
-        def correct_taken(first: int, last: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-            radiance, saturated = pixels.rows(first, last, to_change=correct is not None)
-            if correct is not None:
-                correct(radiance, first)
-            return radiance, saturated
-
-        def cut(first: int, last: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-            radiance, saturated = correct_taken(region.top + first, region.top + last)
-            columns = np.s_[:, region.left : region.left + region.width]
-            return np.ascontiguousarray(radiance[columns]), np.ascontiguousarray(saturated[columns])
-
-        if samples == 1 and np.array_equal(matrix, np.eye(3)):
-            return cut
-        radiance, saturated = correct_taken(0, pixels.height)
-        return lambda first, last: warp(radiance, saturated, matrix, region, first, last, samples)
 
 
 def import_stack(sources: Sources, settings: ImportSettings, folder: str | os.PathLike[str]) -> Steps[ImageStack]:
@@ -345,7 +227,7 @@ def _align_record(plan: Plan, read: _Read, place: Path, files: ExitStack, starte
     return _record(plan, read, alignment, read.output)
 
 
-def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> StackRecord:
+def _record(plan: Plan, read: _Read, alignment: Alignment, output: Output) -> StackRecord:
     region, sources, names = output.view.region, plan.sources, plan.names
     credits = join_credits(one.credits for light in read.photographs for one in light)
     scale = None
@@ -357,14 +239,15 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
     else:
         sources = replace(sources, findings=(*sources.findings, *about_camera_scale(read.photographs[0][0])))
     pixels = region.width * region.height
-    mean_radiance = np.array([one.mean_radiance(pixels) for one in output.tallies])
-    grid = np.stack([np.concatenate(one.grid) for one in output.tallies])
+    mean_radiance = np.array([one.tally.mean_radiance(pixels) for one in output.written])
+    grid = np.stack([np.concatenate(one.tally.grid) for one in output.written])
     errors = leave_one_out(grid, mean_radiance)
     mask = _read_mask(plan, read.shape, alignment.reference, output.view)
     step = grid_step(region.height, region.width)
     shown = grid.reshape(len(grid), -1, 3) if mask is None else grid[:, mask[::step, ::step]]
+    crc32 = output.crc32
     space, gamut = measure_gamut(shown, plan.settings.working_space)
-    quality = qualities(output.tallies, pixels, read.noise_and_sharpness, alignment, errors)
+    quality = qualities([one.tally for one in output.written], pixels, read.noise_and_sharpness, alignment, errors)
     azimuths = compare_azimuths(grid, mean_radiance, sources.azimuth)
     findings = [*sources.findings, *plan.scale.findings, *contradictions(read.photographs)]
     findings += [*([azimuths.finding()] if azimuths else []), *about_gamut(space, gamut)]
@@ -380,9 +263,9 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
         azimuths_deg=None if sources.azimuth is None else _degrees(sources.azimuth),
         angle_source=sources.angle_source,  # type: ignore[arg-type]
         mean_radiance=[float(mean) for mean in mean_radiance],
-        radiance_crc32=output.radiance_crc32,
-        saturated_crc32=output.saturated_crc32,
-        diffuse_crc32=output.diffuse_crc32,
+        radiance_crc32=crc32[RADIANCE],
+        saturated_crc32=crc32[SATURATED],
+        diffuse_crc32=crc32.get(DIFFUSE),
         quality=quality,
         provenance={
             "software": f"lightarc {engine.__version__}",
@@ -430,8 +313,9 @@ def _degrees(angles: NDArray[np.float64]) -> list[float]:
 
 def _read_all(plan: Plan, place: Path, files: ExitStack) -> Steps[_Read]:
     """Read, calibrate and merge all lights; those of a still camera are written at once."""
-    read, lights = _Read(), plan.sources.exposures
-    known, still = _find_known(plan), plan.still and "motion" not in plan.calibrated
+    begun = take_begun(plan.settings, place) if _direct(plan) else None
+    read, lights = _Read(begun=begun), plan.sources.exposures
+    known, still = _find_known(plan, begun), plan.still and "motion" not in plan.calibrated
     unknown = [path for path in plan.files if path not in known]
     with closing(ReadAhead(unknown, **plan.options, keep_codes=_waits_as_codes(plan))) as ahead:
         for index, light in enumerate(lights):
@@ -465,33 +349,49 @@ def _say_ready(plan: Plan, index: int, read: _Read) -> tuple[str, ThumbnailReady
     return note, ThumbnailReady(path, elevation, to_display8(read.thumbnails[-1]))
 
 
-def _find_known(plan: Plan) -> dict[Path, Kept]:
-    """Photographs that have been decoded before and stay as they are, each of which is a light of its own."""
+def _find_known(plan: Plan, begun: Begun | None) -> dict[Path, tuple[Kept, AheadLight | None]]:
+    """Photographs that have been decoded before, each of which is a light of its own and stays as it is, or lies at its
+    place in the files that were `begun`."""
     if plan.has_pairs or plan.chart is not None:
         return {}
-    found = {}
+    found: dict[Path, tuple[Kept, AheadLight | None]] = {}
     for index, light in enumerate(plan.sources.exposures):
         path = light[0].path
         kept = find_kept(path, plan.options) if len(light) == 1 else None
         if kept is None or kept.pixels is None:
             continue
-        if plan.calibration.leaves(kept.photograph, _factor(plan, index, path)):
-            found[path] = kept
+        factor = _factor(plan, index, path)
+        numbers = plan.calibration.numbers(kept.photograph, *_angles(plan, index), factor)
+        there = begun.find(index, kept, numbers) if begun is not None else None
+        if there is not None or plan.calibration.leaves(kept.photograph, factor):
+            found[path] = kept, there
     return found
 
 
 def _take_known(
-    plan: Plan, index: int, kept: Kept, read: _Read, place: Path, files: ExitStack, *, still: bool
+    plan: Plan,
+    index: int,
+    known: tuple[Kept, AheadLight | None],
+    read: _Read,
+    place: Path,
+    files: ExitStack,
+    *,
+    still: bool,
 ) -> Steps[None]:
     """Take a light whose photograph has been decoded before, as `_light`, `_add_noted` and `_keep` do of others."""
-    (light,), count = plan.sources.exposures[index], len(plan.names)
+    (light,), (kept, there) = plan.sources.exposures[index], known
     read.sizes.append((kept.width, kept.height))
     read.photographs.append((_without_pixels(kept.photograph, light.exposure_s),))
     if read.sizes[-1] != read.sizes[0]:
         return
     if index == 0:
         _check_mask(plan, read)
-    _add_noted(read, replace(kept.noted, grey=None) if still else kept.noted)
+    noted = kept.noted if there is None else there.noted
+    _add_noted(read, replace(noted, grey=None) if still else noted)
+    if there is not None:
+        _direct_output(plan, read, place, files).adopt(there.written)
+        yield Step(1.0, *_say_ready(plan, index, read))
+        return
     pixels: Pixels | CodedPixels
     if isinstance(kept.pixels, Coded):
         pixels = CodedPixels(kept.pixels, _calibration_of(plan, read))
@@ -500,9 +400,7 @@ def _take_known(
         pixels = kept.pixels
     waiting = WaitingLight(pixels, stays=True)
     if _direct(plan):
-        if read.output is None:
-            read.output = _output(plan, _find_unmoved(count), read.shape, place, files)
-        yield from read.output.add(waiting, np.eye(3))
+        yield from _direct_output(plan, read, place, files).add(waiting, np.eye(3))
     else:
         read.waiting.append(waiting)
     yield Step(1.0, *_say_ready(plan, index, read))
@@ -604,9 +502,8 @@ def _keep(
     """Write the pixels: of a still camera to the stack, else where they wait for the alignment."""
     count = len(plan.names)
     if _direct(plan):
-        if read.output is None:
-            read.output = _output(plan, _find_unmoved(count), read.shape, place, files)
-        yield from read.output.add(WaitingLight(Pixels(photograph.radiance, photograph.saturated)), np.eye(3))
+        light = WaitingLight(Pixels(photograph.radiance, photograph.saturated))
+        yield from _direct_output(plan, read, place, files).add(light, np.eye(3))
         return
     if plan.has_pairs and crossed is None:
         return  # of another size, which is refused when all are read
@@ -618,10 +515,10 @@ def _keep(
     light_bytes = sum(each.nbytes for each in copied)
     if read.scratch is None and all(light.stays for light in read.waiting):
         stack_bytes = count * math.prod(read.shape) * (PAIR_BYTES if plan.has_pairs else PIXEL_BYTES)
-        require_space(place, stack_bytes + light_bytes + _RECORD_BYTES)
+        require_space(place, stack_bytes + light_bytes + RECORD_BYTES)
         read.scratch = scratch_place(count * light_bytes, place.parent)
     arrays = [array_in(read.scratch, each.shape, each.dtype) for each in copied]
-    rows = max(1, _BAND_PIXELS // read.shape[1])
+    rows = max(1, BAND_PIXELS // read.shape[1])
     for first in range(0, read.shape[0], rows):
         band = np.s_[first : first + rows]
         for scratch, pixels in zip(arrays, copied, strict=True):
@@ -934,19 +831,43 @@ def _write_aligned(
         yield from read.output.add(light, matrix, of_light, None if beside is None else beside[index])
 
 
-def _correct_rows(correction: Correction | None, index: int, height: int) -> _CorrectRows | None:
+def _correct_rows(correction: Correction | None, index: int, height: int) -> CorrectRows | None:
     if correction is None:
         return None
     return lambda radiance, first: correction.apply(index, radiance, first, height)
 
 
+def _direct_output(plan: Plan, read: _Read, place: Path, files: ExitStack) -> Output:
+    """The files to which lights are written as they are read; those that were begun, if there are any."""
+    if read.output is None:
+        read.output = _output(plan, _find_unmoved(len(plan.names)), read.shape, place, files, begun=read.begun)
+    return read.output
+
+
 def _output(
-    plan: Plan, alignment: Alignment, size: tuple[int, int], place: Path, files: ExitStack, given_back: int = 0
-) -> _Output:
+    plan: Plan,
+    alignment: Alignment,
+    size: tuple[int, int],
+    place: Path,
+    files: ExitStack,
+    given_back: int = 0,
+    begun: Begun | None = None,
+) -> Output:
     crossed = plan.crossed_matrices(alignment.matrix)
     matrices = alignment.matrix if crossed is None else np.concatenate([alignment.matrix, crossed])
     view = view_of(plan.settings, matrices, size, plan.sources.photographs[0].parent)
-    return _Output(files, place, len(plan.names), view, given_back, plan.separation)
+    folder = None if begun is None else begun.folder
+    if folder is not None:
+        given_back += sum((folder / name).stat().st_size for name in (RADIANCE, SATURATED))
+    return Output(
+        files,
+        place,
+        len(plan.names),
+        view,
+        given_back=given_back,
+        separation=plan.separation,
+        begun=folder,
+    )
 
 
 def _find_unmoved(count: int, reference: int = 0) -> Alignment:

@@ -41,6 +41,11 @@ class View:
     samples: int = 1
     framing: Framing | None = None
 
+    def is_same(self, other: View) -> bool:
+        """True where the other shows the same pixels."""
+        same = self.region == other.region and self.samples == other.samples
+        return same and np.array_equal(self.matrix, other.matrix)
+
     def as_json(self) -> dict[str, Any]:
         """For the provenance."""
         region, framing = self.region, self.framing

@@ -38,8 +38,8 @@ Value = TypeVar("Value")
 AnyPath = str | os.PathLike[str]
 
 #: A test puts a function of (operation, path) here. It may raise OSError, end the process, or return the number of
-#: bytes that a 'write' shall take. Operations: stat, list, create, open, lock, write, fsync, fsync-dir, close, chmod,
-#: link, mkdir, rename, unlink, rmdir.
+#: bytes that a 'write' shall take. Operations: stat, list, create, open, lock, write, truncate, fsync, fsync-dir,
+#: close, chmod, link, mkdir, rename, unlink, rmdir.
 fault: Callable[[str, Path], int | None] | None = None
 
 #: Room demanded before writing, as a multiple of the size where that is known.
@@ -68,13 +68,14 @@ _CAUSES = {
 
 
 @contextmanager
-def atomic_file(path: AnyPath, size_bytes: int | None = None) -> Iterator[BinaryIO]:
+def atomic_file(path: AnyPath, size_bytes: int | None = None, begun: Path | None = None) -> Iterator[BinaryIO]:
     """A binary stream whose content appears at `path` when the block ends without an exception.
 
     Parameters
     ----------
     path : file to create or to replace; a symbolic link is followed and stays.
     size_bytes : the size where it is known, for which room is demanded before the first byte.
+    begun : a file of ours on the same disk, which it begins as: that is moved, and its content is there to change.
 
     Raises
     ------
@@ -82,7 +83,9 @@ def atomic_file(path: AnyPath, size_bytes: int | None = None) -> Iterator[Binary
     InputError : where a file that is mapped was cut short, so that what was computed is not to be trusted.
     """
     with atomic_path(path, size_bytes) as partial:
-        output = _Output(partial)
+        if begun is not None:
+            perform("rename", partial, lambda: begun.replace(partial))
+        output = _Output(partial, is_new=begun is None)
         try:
             yield cast(BinaryIO, output)
         finally:
@@ -140,6 +143,15 @@ def atomic_folder(path: AnyPath, marker: str, size_bytes: int | None = None) -> 
         _synchronise_tree(partial)
         _put_folder(partial, target)
         synchronise(target.parent)
+        discard(partial)
+
+
+@contextmanager
+def passing_folder(path: AnyPath) -> Iterator[Path]:
+    """An empty hidden folder beside `path`, which goes when the block ends with what is then still in it."""
+    with _partial_beside(target_of(path), None) as partial:
+        perform("mkdir", partial, partial.mkdir)
+        yield partial
         discard(partial)
 
 
@@ -222,11 +234,12 @@ def free_bytes(folder: Path) -> int:
 
 
 class _Output(io.RawIOBase):
-    """A new file of which every write is complete; without `fileno`, so that no library writes past `perform`."""
+    """A file, new or begun, of which every write is complete; without `fileno`, so that no library writes past
+    `perform`."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, is_new: bool = True) -> None:
         self._path = path
-        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+        flags = os.O_WRONLY | (os.O_CREAT | os.O_EXCL if is_new else 0) | getattr(os, "O_BINARY", 0)
         self._descriptor = perform("create", path, lambda: os.open(path, flags, 0o666))
 
     @property
@@ -257,6 +270,11 @@ class _Output(io.RawIOBase):
 
     def tell(self) -> int:
         return self.seek(0, os.SEEK_CUR)
+
+    def truncate(self, size: int | None = None) -> int:
+        wanted = self.tell() if size is None else size
+        perform("truncate", self._path, lambda: os.ftruncate(self._descriptor, wanted))
+        return wanted
 
     def close(self) -> None:
         if not self.closed:

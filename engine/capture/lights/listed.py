@@ -33,34 +33,50 @@ COVERS_DEG, POINTS = 25.0, 2000
 class Listed:
     """Lights of photographs, in the order of the list; the `names` of these are none where they count in that order.
 
-    There are no directions where a mirror `sphere` of this outline tells them.
+    There are no directions where a mirror `sphere` of this outline tells them. `gains` are the intensities of the lamps
+    and `lamp_distance` is in widths of the image, where the list states them.
     """
 
     directions: tuple[Direction, ...]
     names: tuple[str, ...] = ()
     sphere: Circle | None = None
+    gains: tuple[float, ...] = ()
+    lamp_distance: float | None = None
 
     @property
     def count(self) -> int | None:
         """The number of photographs that are listed; None where none is."""
         return max(len(self.directions), len(self.names)) or None
 
+    @property
+    def order(self) -> list[int]:
+        """Places in the list by rising elevation, as a stack has the lights."""
+        names = self.names or ("",) * len(self.directions)
+        keys = [
+            (elevation, azimuth or 0.0, natural(name))
+            for (elevation, azimuth), name in zip(self.directions, names, strict=True)
+        ]
+        return sorted(range(len(keys)), key=keys.__getitem__)
+
     def match(self, photographs: Sequence[Path]) -> list[Direction | None]:
         """The light of each photograph, None where the list does not tell it."""
+        return [None if place is None else self.directions[place] for place in self.places(photographs)]
+
+    def places(self, photographs: Sequence[Path]) -> list[int | None]:
+        """The place of each photograph in the list, None where that does not tell it."""
+        nothing: list[int | None] = [None] * len(photographs)
         if not self.directions:
-            return [None] * len(photographs)
+            return nothing
         if not self.names:
             order = sorted(range(len(photographs)), key=lambda at: natural(photographs[at].name))
-            places = {at: place for place, at in enumerate(order)}
-            return [
-                self.directions[places[at]] if places[at] < len(self.directions) else None for at in range(len(places))
-            ]
+            ranks = {at: rank for rank, at in enumerate(order)}
+            return [ranks[at] if ranks[at] < len(self.directions) else None for at in range(len(ranks))]
         for key in (comparable, stem_name, number_of):
-            by_key: dict[Hashable, Direction] = dict(zip(map(key, self.names), self.directions, strict=True))
+            by_key: dict[Hashable, int] = {key(name): place for place, name in enumerate(self.names)}
             matched = [by_key.get(key(photograph.name)) for photograph in photographs]
-            if len(by_key) == len(self.names) and matched != [None] * len(matched):
+            if len(by_key) == len(self.names) and matched != nothing:
                 return matched
-        return [None] * len(photographs)
+        return nothing
 
 
 def read_listed(files: Sequence[Path], angles_deg: Sequence[float] | None = None) -> Listed | None:
@@ -70,26 +86,35 @@ def read_listed(files: Sequence[Path], angles_deg: Sequence[float] | None = None
     """
     if angles_deg is not None:
         return Listed(tuple((float(angle), None) for angle in angles_deg))
+    near = None
     if found := capture_files(list(files)):
         from engine.capture.lights.capture_file import read_capture_file
 
         capture = read_capture_file(found[0])
-        entries, outline = capture.photographs, capture.sphere
+        entries, outline, near = capture.photographs, capture.sphere, capture.lamp_distance
         sphere = None if outline is None else Circle(outline.column_px, outline.row_px, outline.radius_px)
         names = tuple(entry.file for entry in entries)
         if sphere is not None:
             return Listed((), names, sphere)
         if entries and all(entry.elevation_deg is not None for entry in entries):
-            return Listed(tuple((float(entry.elevation_deg or 0.0), entry.azimuth_deg) for entry in entries), names)
+            directions = tuple((float(entry.elevation_deg or 0.0), entry.azimuth_deg) for entry in entries)
+            return Listed(directions, names, lamp_distance=near)
     lists = [path for path in files if path.suffix.lower() in LIGHT_SUFFIXES]
     if not lists:
         return None
     suffix = lists[0].suffix.lower()
     if suffix == ".dome":
-        return Listed(tuple(_in_degrees(*one) for one in read_dome(lists[0]).directions))
-    lights = read_lights(lists[0]).lights if suffix == ".lights" else read_light_positions(lists[0]).lights
+        dome = read_dome(lists[0])
+        directions = tuple(_in_degrees(*one) for one in dome.directions)
+        return Listed(directions, lamp_distance=near or dome.lamp_distance)
+    gains: tuple[float, ...] = ()
+    if suffix == ".lights":
+        stated = read_lights(lists[0])
+        lights, gains, near = stated.lights, stated.gains, near or stated.lamp_distance
+    else:
+        lights = read_light_positions(lists[0]).lights
     directions = tuple(_in_degrees(one.elevation, one.azimuth) for one in lights)
-    return Listed(directions, tuple(one.name for one in lights))
+    return Listed(directions, tuple(one.name for one in lights), None, gains, near)
 
 
 def from_names(photographs: Sequence[Path]) -> list[Direction | None]:

@@ -107,6 +107,15 @@ class Calibration:
         is_plain = self.is_by_pixel and self.dark is None and self.gain is None and math.isinf(self.lamp_distance)
         return is_plain and bool((self._factors(photograph, factor) == 1).all())
 
+    def numbers(
+        self, photograph: Photograph, elevation: float, azimuth: float, factor: float
+    ) -> tuple[float, ...] | None:
+        """All that decides what becomes of a photograph besides itself; None where it is more than a few numbers."""
+        if not self.is_by_pixel or self.dark is not None or self.gain is not None:
+            return None
+        near = (self.lamp_distance, elevation, azimuth) if math.isfinite(self.lamp_distance) else ()
+        return *self._factors(photograph, factor).tolist(), *near
+
     @property
     def is_by_pixel(self) -> bool:
         """True where the same frames are for all photographs, and each pixel is corrected by itself."""

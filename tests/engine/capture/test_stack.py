@@ -116,7 +116,8 @@ def test_crop_is_in_pixels_of_the_photographs(capture: Path, tmp_path: Path) -> 
 def test_S11_streamed_import_is_bit_equal_for_any_band(
     capture: Path, stack: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, band_pixels: int
 ) -> None:
-    monkeypatch.setattr(module, "_BAND_PIXELS", band_pixels)
+    for place in ("import_stack", "output"):
+        monkeypatch.setattr(f"engine.capture.{place}.BAND_PIXELS", band_pixels)
     again = run(capture, tmp_path / "stack")
     assert contents(again.folder) == contents(stack.folder)
 

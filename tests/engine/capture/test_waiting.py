@@ -28,7 +28,8 @@ def test_rows_are_corrected_once_as_a_stack_that_was_written_would_be(
     rendered = render(Capture(seed=3, distance=2.5, gains=(0.6, 1.3), file_format="jpg", **SMALL))
     sources = find([write(rendered, tmp_path / "photographs")])
     plain = drain(import_stack(sources, ImportSettings(calibrate="none"), tmp_path / "plain"))
-    monkeypatch.setattr(module, "_BAND_PIXELS", 700)  # bands of 12 rows
+    for place in ("import_stack", "output"):
+        monkeypatch.setattr(f"engine.capture.{place}.BAND_PIXELS", 700)  # bands of 12 rows
     found = drain(import_stack(sources, ImportSettings(calibrate=("distance", "gains")), tmp_path / "found"))
     distance, gains = (found.provenance[name] for name in ("lamp_distance_widths", "lamp_gains"))
     assert distance == pytest.approx(2.5, rel=0.05)

@@ -1,0 +1,204 @@
+"""The pixels of a stack as they are written: lights one after the other, each corrected and warped in bands of rows.
+
+Each light has its place in the files, and its tally and checksums are its own, so that one that was written before the
+import began (`engine.capture.ahead`) is adopted as it lies there. The checksum of a file is joined of those of lights.
+Cost: bound by the disk, and by memory where the system keeps what is to be written: 13 bytes a pixel.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from engine.capture.calibration.separation import Separation
+from engine.capture.output_region import View
+from engine.capture.registration.warp import warp
+from engine.capture.report import grid_step
+from engine.capture.stack import DIFFUSE, RADIANCE, SATURATED, npy_header
+from engine.capture.tally import Tally
+from engine.capture.waiting import PAIR_BYTES, PIXEL_BYTES, CodedPixels, Pixels, WaitingLight
+from engine.core.steps import Step, Steps
+from engine.storage.atomic import atomic_file, require_space, synchronise
+from engine.storage.crc32 import join_crc32
+
+#: Bytes of room for the record of a stack, and pixels that are written at once.
+RECORD_BYTES, BAND_PIXELS = 1 << 20, 1 << 20
+
+#: Correction in place of rows of radiance, from a row of the photograph on.
+CorrectRows = Callable[[NDArray[np.float32], int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Written:
+    """A light in the files of a stack: its `tally`, and the CRC-32 of its bytes in each file by name."""
+
+    tally: Tally
+    crc32: dict[str, int]
+
+
+class Output:
+    """The .npy files of a stack, to which lights are added in order; pairs need the `separation` of their parts.
+
+    `given_back` are bytes on the same disk that are free again by and by, as lights are added. The files begin as those
+    of the folder `begun`, where it is given.
+    """
+
+    def __init__(
+        self,
+        files: ExitStack,
+        place: Path,
+        count: int,
+        view: View,
+        *,
+        given_back: int = 0,
+        separation: Separation | None = None,
+        begun: Path | None = None,
+    ) -> None:
+        shape = (count, view.region.height, view.region.width)
+        pixel_bytes = PIXEL_BYTES if separation is None else PAIR_BYTES
+        require_space(place, max(0, math.prod(shape) * pixel_bytes - given_back) + RECORD_BYTES)
+        self.view = view
+        self.written: list[Written] = []
+        self._separation = separation
+        self._count = count
+        kinds: dict[str, tuple[tuple[int, ...], DTypeLike]] = {
+            RADIANCE: ((*shape, 3), np.float32),
+            SATURATED: (shape, np.bool_),
+        }
+        if separation is not None:
+            kinds[DIFFUSE] = ((*shape, 3), np.float32)
+        self._headers = {name: npy_header(*kind) for name, kind in kinds.items()}
+        self._light_bytes = {
+            name: math.prod(full[1:]) * np.dtype(kind).itemsize for name, (full, kind) in kinds.items()
+        }
+        self._files = {name: self._start(files, place / name, begun) for name in kinds}
+        self._writer = files.enter_context(ThreadPoolExecutor(1, thread_name_prefix="writing"))
+        self._writing: Future[None] | None = None
+
+    def _start(self, files: ExitStack, path: Path, begun: Path | None) -> BinaryIO:
+        header = self._headers[path.name]
+        file = files.enter_context(atomic_file(path, begun=None if begun is None else begun / path.name))
+        file.write(header)
+        if begun is not None:  # for other lights than there are
+            file.truncate(len(header) + self._count * self._light_bytes[path.name])
+        return file
+
+    @property
+    def crc32(self) -> dict[str, int]:
+        """The CRC-32 of all that follows the header of each file, by its name."""
+        joined = dict.fromkeys(self._files, 0)
+        for light in self.written:
+            for name, crc32 in light.crc32.items():
+                joined[name] = join_crc32(joined[name], crc32, self._light_bytes[name])
+        return joined
+
+    @property
+    def is_writing(self) -> bool:
+        """True while something is being written beside other work."""
+        return self._writing is not None and not self._writing.done()
+
+    def adopt(self, written: Written) -> None:
+        """Add a light that lies at its place already."""
+        self.written.append(written)
+
+    def add(
+        self,
+        light: WaitingLight,
+        matrix: NDArray[np.float64],
+        corrections: tuple[CorrectRows | None, CorrectRows | None] = (None, None),
+        beside: NDArray[np.float64] | None = None,
+    ) -> Steps[None]:
+        """Add one light, as `write` does."""
+        written = yield from self.write(len(self.written), light, matrix, corrections, beside)
+        self.written.append(written)
+
+    def write(
+        self,
+        index: int,
+        light: WaitingLight,
+        matrix: NDArray[np.float64],
+        corrections: tuple[CorrectRows | None, CorrectRows | None] = (None, None),
+        beside: NDArray[np.float64] | None = None,
+    ) -> Steps[Written]:
+        """Correct one light, warp it by its alignment `matrix` and the view at once, and write it band by band.
+
+        `corrections` are those of the photograph and of the crossed one; `beside` (3, 3) takes pixels of a parallel
+        photograph to those of the crossed one.
+        """
+        region = self.view.region
+        whole = matrix @ self.view.matrix
+        written = Written(Tally(grid_step(region.height, region.width)), dict.fromkeys(self._files, 0))
+        take = self._bands(light.pixels, whole, corrections[0])
+        take_crossed = None
+        if light.crossed is not None:
+            take_crossed = self._bands(light.crossed, whole if beside is None else beside @ whole, corrections[1])
+        self._finish_writing()
+        for name, file in self._files.items():
+            file.seek(len(self._headers[name]) + index * self._light_bytes[name])
+        rows = max(1, BAND_PIXELS // region.width)
+        for first in range(0, region.height, rows):
+            yield Step((index + first / region.height) / self._count, f"Writing {index + 1} of {self._count}")
+            last = min(first + rows, region.height)
+            band, mask = take(first, last)
+            parts: dict[str, NDArray[Any]] = {SATURATED: mask}
+            if take_crossed is not None and self._separation is not None:
+                separated = self._separation.apply(band, take_crossed(first, last)[0])
+                band, parts[DIFFUSE] = (np.ascontiguousarray(part) for part in separated)
+            parts[RADIANCE] = band
+            self._finish_writing()
+            self._writing = self._writer.submit(self._write, parts, written.crc32)
+            written.tally.add(band, mask, first)
+            light.release()
+        self._finish_writing()
+        return written
+
+    def _write(self, parts: dict[str, NDArray[Any]], crc32: dict[str, int]) -> None:
+        for name, pixels in parts.items():
+            self._files[name].write(pixels.data)
+            crc32[name] = zlib.crc32(pixels.data, crc32[name])
+
+    def synchronise(self) -> None:
+        """Begin to flush what has been written to the disk, beside other work."""
+        self._finish_writing()
+        self._writing = self._writer.submit(self._flush)
+
+    def _flush(self) -> None:
+        for file in self._files.values():
+            synchronise(Path(file.name))
+
+    def _finish_writing(self) -> None:
+        """Wait for what is being written while the next is made; raises what went wrong."""
+        if self._writing is not None:
+            writing, self._writing = self._writing, None
+            writing.result()
+
+    def _bands(
+        self, pixels: Pixels | CodedPixels, matrix: NDArray[np.float64], correct: CorrectRows | None
+    ) -> Callable[[int, int], tuple[NDArray[np.float32], NDArray[np.bool_]]]:
+        """Function from the first row and the one after the last of a band of the region to its radiance and mask."""
+        region, samples = self.view.region, self.view.samples
+
+        def correct_taken(first: int, last: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+            radiance, saturated = pixels.rows(first, last, to_change=correct is not None)
+            if correct is not None:
+                correct(radiance, first)
+            return radiance, saturated
+
+        def cut(first: int, last: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+            radiance, saturated = correct_taken(region.top + first, region.top + last)
+            columns = np.s_[:, region.left : region.left + region.width]
+            return np.ascontiguousarray(radiance[columns]), np.ascontiguousarray(saturated[columns])
+
+        if samples == 1 and np.array_equal(matrix, np.eye(3)):
+            return cut
+        radiance, saturated = correct_taken(0, pixels.height)
+        return lambda first, last: warp(radiance, saturated, matrix, region, first, last, samples)

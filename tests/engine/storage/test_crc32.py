@@ -1,0 +1,17 @@
+"""CRC-32 of two pieces after each other: that of zlib, which reads them."""
+
+from __future__ import annotations
+
+import zlib
+
+import numpy as np
+import pytest
+
+from engine.storage.crc32 import join_crc32
+
+
+@pytest.mark.parametrize("sizes", [(0, 0), (0, 5), (7, 0), (1, 1), (300, 4097), (65536, 12345)])
+def test_pieces_have_the_checksum_of_the_whole(sizes: tuple[int, int]) -> None:
+    random = np.random.default_rng(sum(sizes))
+    first, second = (random.bytes(size) for size in sizes)
+    assert join_crc32(zlib.crc32(first), zlib.crc32(second), len(second)) == zlib.crc32(first + second)
