@@ -25,6 +25,14 @@ LOOK_S, ASK_MS = 1.0, 200
 MAX_FOLDERS = 1000
 
 
+def find_lack() -> MissingCapability | None:
+    """What is missing for a camera on a cable; None where nothing is."""
+    if importlib.util.find_spec("gphoto2") is not None:
+        return None
+    remedy = "Install it with: pip install 'lightarc[camera]'"
+    return MissingCapability("Photographs from a camera need the library gphoto2", remedy)
+
+
 class Camera:
     """A camera at `port` (`usb:001,004`, `disk:/folder`), or the one that is found, whose photographs go into `folder`.
 
@@ -32,9 +40,8 @@ class Camera:
     """
 
     def __init__(self, folder: Path, port: str = "") -> None:
-        if importlib.util.find_spec("gphoto2") is None:
-            remedy = "Install it with: pip install 'lightarc[camera]'"
-            raise MissingCapability("Photographs from a camera need the library gphoto2", remedy)
+        if (lack := find_lack()) is not None:
+            raise lack
         import gphoto2
 
         self._library: Any = gphoto2

@@ -10,13 +10,14 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QAccessible, QCloseEvent, QColor, QImage, QMouseEvent, QPaintEvent
-from PySide6.QtWidgets import QDialog, QFileDialog, QHBoxLayout, QProgressBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QDialog, QFileDialog, QHBoxLayout, QProgressBar, QVBoxLayout, QWidget
 
 from app.capture.light_dome import DomeImage, Lamp
 from app.capture.photograph_list import PhotographList, Row, file_name
 from app.commands.workbench import Workbench
 from app.document.import_choices import settings_of
 from app.jobs.jobs import Job
+from app.watch.camera import Camera, find_lack
 from app.watch.project import ahead_of
 from app.widgets import theme
 from app.widgets.image_view import paint_whole, rgb_image
@@ -40,6 +41,9 @@ SIZE, MAX_EXPECTED = (1080, 600), 9999.0
 
 #: Fewest photographs that can be imported.
 FEWEST = 2
+
+#: Beginning of the port of a memory card, its place among the cameras, and its name until a user has chosen it.
+CARD, LAST_CAMERA, CARD_WORDS = "disk:", 2, "a memory card…"
 
 #: Light of the preview until a user chooses another: elevation and azimuth in degrees.
 LIGHT_DEG = (45.0, 135.0)
@@ -151,7 +155,23 @@ class WatchDialog(QDialog):
         self.expected = NumberField(0.0, 0.0, MAX_EXPECTED, nothing="as listed")
         hint = "The capture ends when so many are there; without a number, as many as a list of lights names"
         rows.row("Photographs", self.expected, hint)
+        self.camera = QComboBox()
+        for words, port in (("no camera", None), ("the one on a cable", ""), (CARD_WORDS, CARD)):
+            self.camera.addItem(words, port)
+        self.camera.activated.connect(self._choose_card)
+        hint = "What the camera takes from now on is copied into the folder; nothing is changed on the camera"
+        rows.row("Camera", self.camera, hint)
         return rows
+
+    def _choose_card(self, index: int) -> None:
+        """Ask for the folder of a memory card where one was chosen."""
+        if index != LAST_CAMERA:
+            return
+        chosen = QFileDialog.getExistingDirectory(self, "Folder of the memory card")
+        self.camera.setItemText(index, f"memory card {escape_controls(chosen)}" if chosen else CARD_WORDS)
+        self.camera.setItemData(index, f"{CARD}{chosen}" if chosen else CARD)
+        if not chosen:
+            self.camera.setCurrentIndex(0)
 
     def _views(self) -> QHBoxLayout:
         self.list = PhotographList()
@@ -215,14 +235,15 @@ class WatchDialog(QDialog):
         folder, finish, beside = self.folder, self._finish, self.bench.own / "ahead"
         choices = self.bench.document.project.import_choices.for_another_capture
         wishes = Watching(folder, round(self.expected.value) or None)
+        port: str | None = self.camera.currentData()
 
         def work() -> Steps[Capture]:
             yield Step(0.0, "")
             settings = settings_of(choices)
             self.decoded = decoded = Decoded(decoding_options(folder, settings))
             self.ahead = ahead = WrittenAhead(ahead_of(beside), settings, decoded.options)
-            with closing(Notices(folder)) as notices:
-                arriving = arrive(decoded, wishes, finish.is_set, notices.wait, ahead)
+            with closing(Notices(folder) if port is None else Camera(folder, port)) as source:
+                arriving = arrive(decoded, wishes, finish.is_set, source.wait, ahead)
                 return (yield from relay(arriving, _with_preview))
 
         self.job = self.bench.jobs.submit("Watching a folder", work, lane="screen")
@@ -322,6 +343,8 @@ class WatchDialog(QDialog):
         enable(self.finish, few if running else "Nothing is running", "Import the photographs that are there")
         self.cancel.setText("Cancel" if running else "Close")
         self.expected.setEnabled(not running)
+        lack = find_lack()
+        enable(self.camera, "It is running" if running else str(lack or ""))
 
 
 def _with_preview(step: Step) -> Step:

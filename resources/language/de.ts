@@ -8284,6 +8284,10 @@ MIT-Lizenz.</translation>
    <translation>ist nicht verwendbar (%1)</translation>
   </message>
   <message>
+   <source>a memory card…</source>
+   <translation>eine Speicherkarte …</translation>
+  </message>
+  <message>
    <source>Filled: the photograph is there. Hollow: it is expected. The preview is lit from where the mouse is</source>
    <translation>Gefüllt: Das Foto ist da. Hohl: Es wird erwartet. Die Vorschau wird von dort beleuchtet, wo die Maus ist</translation>
   </message>
@@ -8324,6 +8328,26 @@ Elevation %2°, Azimut %3°</translation>
   <message>
    <source>The capture ends when so many are there; without a number, as many as a list of lights names</source>
    <translation>Die Aufnahme endet, wenn so viele da sind; ohne Zahl so viele, wie eine Liste der Lichter nennt</translation>
+  </message>
+  <message>
+   <source>no camera</source>
+   <translation>keine Kamera</translation>
+  </message>
+  <message>
+   <source>the one on a cable</source>
+   <translation>die am Kabel</translation>
+  </message>
+  <message>
+   <source>What the camera takes from now on is copied into the folder; nothing is changed on the camera</source>
+   <translation>Was die Kamera von nun an aufnimmt, wird in den Ordner kopiert; auf der Kamera ändert sich nichts</translation>
+  </message>
+  <message>
+   <source>Folder of the memory card</source>
+   <translation>Ordner der Speicherkarte</translation>
+  </message>
+  <message>
+   <source>memory card %1</source>
+   <translation>Speicherkarte %1</translation>
   </message>
   <message>
    <source>Finish</source>
@@ -12212,10 +12236,6 @@ Elevation %2°, Azimut %3°</translation>
    <translation>%1 (%2 Fotos, zuerst %3)</translation>
   </message>
   <message>
-   <source>Writing %1 of %2</source>
-   <translation>%1 von %2 wird geschrieben</translation>
-  </message>
-  <message>
    <source>Scale: %1</source>
    <translation>Maßstab: %1</translation>
   </message>
@@ -13094,6 +13114,10 @@ Elevation %2°, Azimut %3°</translation>
   <message>
    <source>Fitted to the object alone, %1 of the image: the background is transparent</source>
    <translation>Nur an das Objekt angepasst, %1 des Bildes: der Hintergrund ist durchsichtig</translation>
+  </message>
+  <message>
+   <source>Writing %1 of %2</source>
+   <translation>%1 von %2 wird geschrieben</translation>
   </message>
   <message>
    <source>the photographs were moved so far apart that no pixel is seen by all</source>

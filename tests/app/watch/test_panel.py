@@ -9,10 +9,11 @@ from typing import Any
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QFileDialog, QWidget
 
 import engine.capture.arriving as arriving
 from app.commands.workbench import Workbench
+from app.watch.camera import find_lack
 from app.watch.panel import WatchDialog
 from engine.capture.decoded import find_kept
 from engine.core.health import Verdict
@@ -80,6 +81,17 @@ def test_the_mouse_over_the_dome_lights_the_preview(dialog: WatchDialog, qtbot: 
     with qtbot.waitSignal(dome.lit) as lit:
         qtbot.mouseMove(dome, QPoint(dome.width() // 2, dome.height() // 2 - round(0.5 * dome._radius)))
     assert lit.args == [pytest.approx(60.0, abs=1.0), pytest.approx(90.0, abs=2.0)]
+
+
+def test_a_camera_is_chosen_where_its_library_is_there(dialog: WatchDialog, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert dialog.camera.isEnabled() == (find_lack() is None)
+    assert dialog.camera.isEnabled() or "pip install 'lightarc[camera]'" in dialog.camera.toolTip()
+    card = dialog.camera.count() - 1
+    for chosen, port in (("/media/card", "disk:/media/card"), ("", None)):
+        monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_, chosen=chosen: chosen)
+        dialog.camera.setCurrentIndex(card)
+        dialog.camera.activated.emit(card)
+        assert dialog.camera.currentData() == port
 
 
 def test_a_capture_is_finished_early_or_cancelled(dialog: WatchDialog, qtbot: Any, tmp_path: Path) -> None:
