@@ -26,7 +26,7 @@ MAX_FOLDERS = 1000
 
 
 def find_lack() -> MissingCapability | None:
-    """What is missing for a camera on a cable; None where nothing is."""
+    """Name what a camera on a cable needs and is missing; None where nothing is."""
     if importlib.util.find_spec("gphoto2") is not None:
         return None
     remedy = "Install it with: pip install 'lightarc[camera]'"

@@ -85,7 +85,7 @@ class WrittenAhead:
 
     def write_next(self, photographs: Sequence[Path], listed: Listed) -> None:
         """Write one light of which the photograph is there and nothing is written; none while the disk is busy."""
-        if self._failed or not _is_told(self._settings, listed.directions):
+        if self._failed or not _is_known_of_each(self._settings, listed.directions):
             return
         if self._output is not None and self._output.is_writing:
             return
@@ -129,8 +129,8 @@ class WrittenAhead:
         return self._output
 
     def hand_over(self, settings: ImportSettings, place: Path) -> Begun | None:
-        """What lies there, for an import by `settings` into the folder `place`; None where that is nothing, is on
-        another disk, or shows another part of the photographs. Nothing is written afterwards."""
+        """Give the files to an import by `settings` into the folder `place`; None where they hold nothing, are on
+        another disk, or show another part of the photographs. Nothing is written afterwards."""
         output, folder, self._output = self._output, self._folder, None
         if output is None or folder is None or self._size is None or not self._lights or self._failed:
             return None
@@ -164,7 +164,7 @@ def take_begun(settings: ImportSettings, place: Path) -> Begun | None:
     return next((begun for each in tuple(_open) if (begun := each.hand_over(settings, place)) is not None), None)
 
 
-def _is_told(settings: ImportSettings, directions: Sequence[Direction]) -> bool:
+def _is_known_of_each(settings: ImportSettings, directions: Sequence[Direction]) -> bool:
     """True where nothing is to be found of all photographs together, and each is a light of its own."""
     azimuths = [azimuth for _, azimuth in directions if azimuth is not None]
     azimuth = np.radians(azimuths) if len(azimuths) == len(directions) else None
