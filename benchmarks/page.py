@@ -21,7 +21,7 @@ def write_page(result: Mapping[str, Any], load: float) -> str:
     lines = [
         "# Speeds and errors of one run",
         "",
-        "`python3 packaging/dev.py bench --report FILE` wrote this page: every speed beside what bounds it, in one "
+        "`python3 packaging/dev.py bench --report FILE` wrote this page: every speed next to what bounds it, in one "
         "run, and errors against known results.",
         "",
         *(f"- {words}" for words in describe_machine(load)),

@@ -4,10 +4,10 @@
     .venv/bin/python packaging/manual.py FOLDER [--without-examples]
 
 The sources are `docs/manual`, the pages of the panels in `resources/manual`, which the window shows as well,
-`docs/format.md` and `docs/campaigns.md`. The pages of the verbs, of the settings, of the functions of `lightarc` and of
-where the papers are implemented are written from the declarations. All lie together in FOLDER/source while Sphinx reads
-them; the result is FOLDER/html. A warning of Sphinx, a link that leads nowhere among them, ends the build. Nothing is
-fetched from elsewhere. Without FOLDER it is `build/manual`, from which a wheel takes the pages.
+`docs/format.md` and `docs/long-tests.md`. The pages of the verbs, of the settings, of the functions of `lightarc` and
+of where the papers are implemented are written from the declarations. All lie together in FOLDER/source while Sphinx
+reads them; the result is FOLDER/html. A warning of Sphinx, a link that leads nowhere among them, ends the build.
+Nothing is fetched from elsewhere. Without FOLDER it is `build/manual`, from which a wheel takes the pages.
 
 Examples are the scripts of the gallery (sphinx-gallery) and the notebooks (MyST-NB), which are run while the manual is
 built, some two minutes; their images are those of this run.
@@ -106,7 +106,7 @@ def read_pages() -> dict[Path, str]:
     }
     for name in ("format.md", "manifest.schema.json"):
         pages[Path("reference", name)] = (docs / name).read_text(encoding="utf-8")
-    pages[Path("campaigns.md")] = (docs / "campaigns.md").read_text(encoding="utf-8")
+    pages[Path("long-tests.md")] = (docs / "long-tests.md").read_text(encoding="utf-8")
     for path in (PROJECT / "resources" / "manual").glob("*.md"):
         pages[Path("reference", "workspaces", path.name)] = with_anchors(path)
     return pages

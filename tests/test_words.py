@@ -228,6 +228,19 @@ def test_messages_and_pages_have_the_phrases_of_the_field() -> None:
     assert [f"{path}: {match[0]}" for path, text in texts for match in OLD_PHRASES.finditer(text)] == []
 
 
+def test_pages_for_users_are_in_words_of_the_field() -> None:
+    """Sentences of README, manual and help; code in them is in that of the program. "Relit" is a plain participle."""
+    found = [
+        f"{path.relative_to(PROJECT)}: {match[0]}"
+        for page in PAGES
+        for path in sorted(page_files(PROJECT / page))
+        if path.suffix == ".md"
+        for match in OLD_IN_WINDOW.finditer(re.sub(r"(`+)[^`]+\1", "", path.read_text(encoding="utf-8")))
+        if match[0] != "relit"
+    ]
+    assert found == []
+
+
 def test_public_docstrings_begin_with_a_verb_or_a_noun() -> None:
     """Not with "Of …", "What …" or "Whether …", after which the noun comes late or never."""
     found = []
