@@ -105,6 +105,13 @@ ROUGHNESS_DEVIATION = 0.03
 #: Blocks of neighbouring lamps, the photographs in one at least, and every which texel of the sample they are tried on.
 BLOCKS, FEWEST_IN_BLOCK, EVERY = 8, 2, 4
 
+#: Share of texels whose variance of slopes grows by less, of photographs so few that a highlight in one of them is not
+#: told from a slope.
+FEW_SHARE = 0.75
+
+#: Photographs that two slopes and a reflectance need.
+MIN_OBSERVED = 3
+
 #: Mean residual of a fit without shadows, over that with them, below which it counts.
 EXPLAINED_BETTER = 0.8
 
@@ -290,10 +297,11 @@ def kinds(
         one = Kinds(one.colour, start, max(1.0, brightest), one.growth)
         found[:, DIFFUSE : DIFFUSE + 6] /= one.white
     of_kind = label == np.arange(count)[:, None]
-    if len(used) < FEWEST_FOR_GLOSS:
-        return Kinds(centres, np.repeat(start, count, axis=0), one.white, np.ones((count, 4)))
-
     one = Kinds(centres, np.repeat(start, count, axis=0), one.white, np.ones((count, 4)))
+    if len(used) < FEWEST_FOR_GLOSS:
+        growth = yield from part(_growth(some, towards, lamps, one, lambertian=True), 0.5, 1.0)
+        return replace(one, growth=growth)
+
     is_separated = some.diffuse is not None  # slopes follow from photographs without highlights
 
     def unexplained(found: Array, kinds: Kinds | None = None) -> Array:
@@ -318,7 +326,9 @@ def kinds(
             found = _fit(some, towards, lamps, one)
     if len(used) < ENOUGH:
         matte = bare < MATTE_AS_WELL[0] * unexplained(found)
-        return replace(one, matte=matte)
+        one = replace(one, matte=matte)
+        growth = yield from part(_growth(some, towards, lamps, one), 0.5, 1.0)
+        return replace(one, growth=growth)
     priors = np.array([_prior(found[texels], start[0], one.white) for texels in of_kind])
     plain = priors[:, 2] < BRIGHTEST_DIELECTRIC
     if plain.any():
@@ -401,10 +411,18 @@ def _residuals(texels: Texels, towards: Array, found: Array, kinds: Kinds) -> ND
     return np.asarray(texels.radiance / np.float32(kinds.white) - shown)
 
 
-def _growth(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds) -> Steps[Array]:
-    """(K, 4) how many times larger variances are than those of independent residuals, by a jackknife of blocks."""
+def _growth(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds, *, lambertian: bool = False) -> Steps[Array]:
+    """(K, 4) how many times larger variances are than those of independent residuals, by a jackknife of blocks.
+
+    Few photographs are blocks of one, and the variance of slopes alone grows: `FEW_SHARE` of texels has less. Three
+    have no block that could be missed.
+    """
     total = len(texels.radiance)
-    count, growth = min(BLOCKS, total // FEWEST_IN_BLOCK), np.ones_like(kinds.growth)
+    if total <= MIN_OBSERVED:
+        return np.ones_like(kinds.growth)
+    is_few = total < ENOUGH
+    count = total if is_few else min(BLOCKS, total // FEWEST_IN_BLOCK)
+    growth = np.ones_like(kinds.growth)
     texels = texels.choose(slice(None), EVERY)
     towards = towards[:, ::EVERY] if towards.shape[1] > 1 else towards
     both = lamps.observed.kind == "both"
@@ -413,8 +431,8 @@ def _growth(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds) -> Steps
     for block, out in enumerate(np.array_split(order, count)):
         yield Step(block / count, "leaving neighbouring lamps out")
         others = np.setdiff1d(order, out)
-        apart.append(_fit(texels.choose(others), towards[others], lamps, kinds))
-    stated = _fit(texels, towards, lamps, kinds)
+        apart.append(_fit(texels.choose(others), towards[others], lamps, kinds, lambertian))
+    stated = _fit(texels, towards, lamps, kinds, lambertian)
     squares = (count - 1) * np.var(np.stack(apart)[..., : SPECULAR + 3], axis=0)
     slopes = (squares[:, 0] + squares[:, 1]) / (stated[:, VAR_A] + (stated[:, VAR_B] if both else 0.0))
     factors = np.column_stack(
@@ -426,7 +444,11 @@ def _growth(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds) -> Steps
         ]
     )
     kind = kinds.of(texels.radiance)
-    for each in range(len(growth)):
+    for each in range(len(growth) if is_few else 0):
+        known = slopes[(kind == each) & np.isfinite(slopes)]
+        if len(known):
+            growth[each, 0] = max(np.quantile(known, FEW_SHARE), 1.0)
+    for each in range(0 if is_few else len(growth)):
         known = factors[(kind == each) & np.isfinite(factors).all(axis=1)]
         if len(known) >= MIN_KNOWN:
             growth[each] = np.maximum(np.median(known, axis=0), 1.0)
