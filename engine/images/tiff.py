@@ -55,6 +55,7 @@ _LENGTHS: dict[int, Callable[[bytes], int]] = {
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _PALETTE, _YCBCR = 0, 1, 2, 3, 6
 _PHOTOMETRIC_NAMES = {4: "a mask", 5: "CMYK", 8: "CIE L*a*b*", 9: "ICC L*a*b*", 10: "ITU L*a*b*", 32844: "LogL"}
 _UNSIGNED, _SIGNED, _FLOAT = 1, 2, 3
+_ASSOCIATED = 1
 RAW_PHOTOMETRICS = (32803, 34892)
 
 logging.getLogger("tifffile").setLevel(logging.CRITICAL)
@@ -75,11 +76,11 @@ def is_raw_tiff(content: bytes, name: str) -> bool:
 def read_tiff(content: bytes, name: str) -> Raster:
     check_directories(content, name, DIRECTORIES_LIMIT)
     with tifffile.TiffFile(io.BytesIO(content)) as file:
-        page = file.pages[0]
+        page, count = _find_page(file)
         _check_page(page, content, name)
         warnings: tuple[str, ...] = ()
-        if len(file.pages) > 1:
-            warnings += (f"has {len(file.pages)} pages, of which the first is used",)
+        if count > 1:
+            warnings += (f"has {count} pages, of which the first is used",)
         if page.compression in _LOGLUV:
             return Raster(_read_logluv(content, name), None, 16, "linear", "TIFF", warnings)
         bands = _planes(page)
@@ -90,8 +91,33 @@ def read_tiff(content: bytes, name: str) -> Raster:
             warnings += ("has an extra channel, which is ignored",) if bands.shape[2] > 1 else ()
             return _raster(page, _look_up(page, bands[..., 0], name), warnings)
         samples = bands[..., :3] if page.photometric in (_RGB, _YCBCR) else bands[..., 0]
+        if _ASSOCIATED in page.extrasamples[:1] and page.photometric != _WHITE_IS_ZERO:
+            alpha = bands[..., 3 if samples.ndim == 3 else 1]
+            if (alpha < _full_scale(page)).any():
+                samples = _divide(samples, alpha, _full_scale(page))
+                warnings += ("has colours that were multiplied by its alpha channel, which was undone",)
         raster = replace(_raster(page, samples, warnings), is_grey=samples.ndim == 2)
         return replace(raster, bands=bands) if bands[0, 0].size > samples[0, 0].size else raster
+
+
+def _find_page(file: tifffile.TiffFile) -> tuple[tifffile.TiffPage, int]:
+    """The first image of full size, and the number of those: cameras put a thumbnail before it, which may hold it.
+
+    Where all say that they are reduced, these are the first of them and their number.
+    """
+    pages = list(file.pages)
+    whole = [each for each in pages if not each.is_reduced]
+    if not whole:
+        whole = [part for each in pages for part in each.pages or () if not part.is_reduced]
+    return (whole or pages)[0], len(whole or pages)
+
+
+def _divide(samples: NDArray[Any], alpha: NDArray[Any], white: Any) -> NDArray[Any]:
+    """Samples (H, W) or (H, W, 3) by the alpha (H, W) that they were multiplied by, up to `white` where they are codes;
+    black where it is 0."""
+    share = np.maximum(alpha if samples.ndim == 2 else alpha[..., None], 0).astype(np.float64) / white
+    whole = np.divide(samples, share, out=np.zeros(samples.shape), where=share > 0.0)
+    return (whole if samples.dtype.kind == "f" else np.rint(np.minimum(whole, white))).astype(samples.dtype)
 
 
 def _planes(page: tifffile.TiffPage) -> NDArray[Any]:

@@ -124,6 +124,27 @@ def test_fault6_grey_alpha_palette_and_bilevel(read: Callable[..., Any]) -> None
     assert any("1 bit" in warning for warning in bilevel.warnings)
 
 
+@pytest.mark.parametrize("is_within", [False, True])
+def test_a_thumbnail_before_the_image_of_a_tiff_is_passed_over(read: Callable[..., Any], is_within: bool) -> None:
+    """Cameras put the thumbnail first, and the image after it or into its SubIFDs (TIFF/EP)."""
+    buffer = io.BytesIO()
+    with tifffile.TiffWriter(buffer) as file:
+        kinds = {"photometric": "rgb", "metadata": None}
+        file.write(CODES8[::4, ::4].copy(), subfiletype=1, subifds=int(is_within), **kinds)
+        file.write(CODES8, subfiletype=0, **kinds)
+    image = read(buffer.getvalue())
+    assert np.array_equal(image.pixels, linear(CODES8, 255))
+    assert image.warnings == ()
+
+
+def test_colours_of_a_tiff_that_were_multiplied_by_alpha_come_back(read: Callable[..., Any]) -> None:
+    alpha = np.linspace(0.25, 1.0, CODES16.shape[1])[None, :, None] * np.ones_like(CODES16)
+    codes = np.dstack([np.rint(CODES16 * alpha), np.rint(65535 * alpha[..., :1])]).astype(np.uint16)
+    image = read(tiff(codes, extrasamples=["assocalpha"]))
+    assert np.abs(image.pixels - linear(CODES16, 65535)).max() < 2e-4
+    assert any("multiplied by its alpha" in warning for warning in image.warnings)
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
