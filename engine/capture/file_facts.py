@@ -1,6 +1,6 @@
 """What all files of a capture tell together: bits of their samples, and how the camera was held.
 
-Programs store 12 and 14 bits in files of 16 without saying so. Floating-point files state no white level, but keep the
+Programs store 8 to 14 bits in files of 16 without saying so. Floating-point files state no white level, but keep the
 plateau at which a converter or the sensor clipped. A camera that looks down tags some photographs as turned
 by chance. Neither can be seen in one file, so that the import begins anew where the files together say otherwise.
 """
@@ -22,7 +22,7 @@ from engine.core.health import Finding, Verdict
 from engine.images.exif import orient
 
 #: Bits that are stored in files of 16, and the share of their full scale that a sample has to reach.
-NARROW, REACHED = (12, 14), 0.25
+NARROW, REACHED = (8, 10, 12, 14), 0.25
 
 #: Elevations of lamps under which photographs share a plateau, so that it is where samples are clipped; one is enough
 #: at 1, where programs clip. Decimals of elevations, in radians, that differ.
@@ -58,6 +58,8 @@ def decide_files(plan: Plan, lights: Sequence[Sequence[Photograph]], thumbnails:
         options["white_samples"] = white
         text = _about_plateaus(files, white)
         said.append(Finding(Verdict.WARNING, text))
+    if len(thumbnails) and all(each.largest_samples for each in files):
+        said += [each for each in _about_scale(files, thumbnails) if each not in plan.sources.findings]
     tags = Counter(photograph.orientation for photograph in files)
     if len(tags) > 1 and plan.still_camera:
         options["orientation"], number = tags.most_common(1)[0]
@@ -73,7 +75,7 @@ def decide_files(plan: Plan, lights: Sequence[Sequence[Photograph]], thumbnails:
 
 
 def _narrow_bits(files: Sequence[Photograph]) -> int:
-    """12 or 14 where integer files of 16 bits hold no more; 0 else."""
+    """The fewest of `NARROW` that integer files of 16 bits hold; 0 where they hold more."""
     if any(each.bit_depth != 16 or each.container not in ("TIFF", "PNG") or not each.largest_code for each in files):
         return 0
     largest = max(each.largest_code for each in files)
@@ -120,6 +122,18 @@ def _about_plateaus(files: Sequence[Photograph], white: Sequence[float]) -> str:
         f"Many samples of {number} of {len(files)} floating-point photographs are exactly the largest value ({where}), "
         "and none is above it: they are taken as clipped"
     )
+
+
+def _about_scale(files: Sequence[Photograph], thumbnails: Sequence[NDArray[np.float32]]) -> list[Finding]:
+    """A warning where half of all floating-point samples are above their white level: they may be integer levels."""
+    if np.median(np.concatenate([each.ravel() for each in thumbnails])) <= 1.0:
+        return []
+    largest = max(max(each.largest_samples) for each in files)
+    text = (
+        f"Most samples of these floating-point photographs are above their white level of 1, up to {largest:.4g}: "
+        "where they are 8- or 16-bit levels, divide them by 255 or 65535"
+    )
+    return [Finding(Verdict.WARNING, text)]
 
 
 def _refuse_turned(

@@ -40,7 +40,7 @@ def _import(folder: Path, tmp_path: Path) -> ImageStack:
     return drain(import_stack(find([folder]), STILL, tmp_path / "stack"))
 
 
-@pytest.mark.parametrize(("bits", "said"), [(12, "12 bits"), (14, "14 bits"), (16, "")])
+@pytest.mark.parametrize(("bits", "said"), [(10, "10 bits"), (12, "12 bits"), (14, "14 bits"), (16, "")])
 def test_narrow_samples_in_files_of_16_bits_have_their_own_white(tmp_path: Path, bits: int, said: str) -> None:
     (tmp_path / "in").mkdir()
     top = (1 << bits) - 1
@@ -94,6 +94,16 @@ def test_an_even_patch_under_lamps_of_one_elevation_is_not_clipped(tmp_path: Pat
     stack = _import(tmp_path / "in", tmp_path)
     assert not stack.saturated[:].any()
     assert not any("clipped" in warning for warning in stack.health.warnings)
+
+
+@pytest.mark.parametrize(("scale", "is_said"), [(1.0, False), (255.0, True)])
+def test_floating_point_samples_that_are_levels_are_doubted(tmp_path: Path, scale: float, is_said: bool) -> None:
+    (tmp_path / "in").mkdir()
+    for index, image in enumerate(_images()):
+        write_exr(tmp_path / "in" / f"p{index}.exr", rgb_channels((scale * image).astype(np.float32)), half=False)
+    _write(tmp_path / "in", _images(), "exr", is_written=True)
+    warnings = " ".join(_import(tmp_path / "in", tmp_path).health.warnings)
+    assert ("divide them by 255" in warnings) == is_said
 
 
 def _tag(path: Path, orientation: int) -> None:
