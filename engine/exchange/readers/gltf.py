@@ -172,7 +172,7 @@ class _Reader:
             return self._describe_glossiness(material, _dict(extensions, "KHR_materials_pbrSpecularGlossiness"), name)
         if "KHR_materials_unlit" in extensions:
             self.notes.append("is to be shown without light; it is drawn as a diffuse surface of its colour")
-            colour = Input(base, self._image(pbr.get("baseColorTexture"), "auto"))
+            colour = Input(base, self._image(pbr.get("baseColorTexture"), "srgb"))
             return Described(name, colour, Input((1.0,)), Input((0.0,)), Input((0.0,)), notes=tuple(self.notes))
         f0 = self._f0(extensions)
         passing = self._numbers(_dict(extensions, "KHR_materials_transmission"), "transmissionFactor", (0.0,))[0]
@@ -189,7 +189,7 @@ class _Reader:
         weight, rough = (coat.get(key) for key in _COAT_TEXTURES)
         return Described(
             name,
-            base_colour=Input(base, self._image(pbr.get("baseColorTexture"), "auto")),
+            base_colour=Input(base, self._image(pbr.get("baseColorTexture"), "srgb")),
             roughness=Input((roughness[0] * widened,), self._image(packed, "linear", 1)),
             metallic=Input(metallic, self._image(packed, "linear", 2)),
             f0=f0,
@@ -211,9 +211,9 @@ class _Reader:
             name,
             base_colour=Input(
                 self._numbers(owner, "diffuseFactor", (1.0, 1.0, 1.0, 1.0))[:3],
-                self._image(owner.get("diffuseTexture"), "auto"),
+                self._image(owner.get("diffuseTexture"), "srgb"),
             ),
-            specular=Input(self._numbers(owner, "specularFactor", (1.0, 1.0, 1.0)), self._image(packed, "auto")),
+            specular=Input(self._numbers(owner, "specularFactor", (1.0, 1.0, 1.0)), self._image(packed, "srgb")),
             glossiness=Input(self._numbers(owner, "glossinessFactor", (1.0,)), self._image(packed, "linear", "alpha")),
             normal=Input(image=self._image(normal, "linear")) if normal else None,
             occlusion=Input(image=self._image(occlusion, "linear", 0)) if occlusion else None,
@@ -253,7 +253,7 @@ class _Reader:
         elif coloured:
             return Input((f0 * strength,))  # the colour is that of the layers
         factor = f0 * strength * (0.2126 * colour[0] + 0.7152 * colour[1] + 0.0722 * colour[2])
-        return Input((factor,), self._image(specular.get("specularColorTexture"), "auto"))
+        return Input((factor,), self._image(specular.get("specularColorTexture"), "srgb"))
 
     def _say_what_is_passed_over(self, material: dict[str, Any]) -> None:
         extensions = _dict(material, "extensions")
@@ -287,7 +287,10 @@ class _Reader:
         return found
 
     def _image(self, given: object, transfer: TransferChoice, channel: Channel = None) -> Image | None:
-        """The image of a reference to a texture, None without one."""
+        """The image of a reference to a texture, None without one.
+
+        What a PNG or JPEG says of its colours is ignored, as glTF 2.0 asks (section 3.8.3).
+        """
         if not isinstance(given, dict):
             return None
         texture = self._entry("textures", given.get("index"))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import base64
 import dataclasses
 import json
+import struct
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -310,3 +312,23 @@ def test_colours_of_vertices_are_named(tmp_path: Path) -> None:
     mesh = {"primitives": [{"material": 0, "attributes": {"POSITION": 0, "COLOR_0": 1}}]}
     path.write_text(json.dumps({**json.loads(path.read_text()), "meshes": [mesh]}))
     assert any("colours of vertices" in note for note in open_material(path).health.warnings)
+
+
+@pytest.mark.parametrize(
+    ("kind", "body"),
+    [
+        (b"gAMA", struct.pack(">I", 100_000)),
+        (b"cHRM", struct.pack(">8I", 31270, 32900, 68000, 32000, 26500, 69000, 15000, 6000)),
+    ],
+)
+def test_what_an_image_says_of_its_colours_is_ignored(kind: bytes, body: bytes, tmp_path: Path) -> None:
+    plain = encode_png(np.random.default_rng(5).integers(0, 256, (4, 6, 3)).astype(np.uint8))
+    chunk = struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+    material = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+    found = []
+    for name, content in (("plain", plain), ("told", plain[:33] + chunk + plain[33:])):
+        (tmp_path / f"{name}.png").write_bytes(content)
+        found.append(open_material(gltf(tmp_path, material, [{"uri": f"{name}.png"}])).pbr)
+    assert found[0] is not None
+    assert found[1] is not None
+    np.testing.assert_array_equal(found[1].base_colour, found[0].base_colour)
