@@ -30,7 +30,13 @@ from engine.exchange.readers.documents_child import (
     list_libraries,
     list_parts,
 )
-from engine.exchange.readers.folder import describe_folder, describe_textures, document_in, holds_textures
+from engine.exchange.readers.folder import (
+    describe_folder,
+    describe_textures,
+    document_in,
+    holds_textures,
+    textures_in,
+)
 from engine.exchange.readers.rti import form_of, read_rti
 from engine.exchange.readers.textures import MAX_SIDE, Described, Input, maps_of
 from engine.geometry.gltf import NO_MATERIAL
@@ -152,12 +158,19 @@ def _images(described: Described) -> int:
 def refuse_by_name(path: Path) -> None:
     """InputError for what is named for RTI and is not, packed textures, and measurements of another kind.
 
-    A folder is refused that holds such textures.
+    A folder is refused that holds such textures, or images that are named for maps and make no material.
     """
     if path.is_dir():
         packed = sorted(each.name for each in path.iterdir() if each.suffix.lower() in _PACKED)
         if packed:
             raise InputError(path, f"holds textures that are not read ({packed[0][:40]!r})", _UNPACKED)
+        named = textures_in(path)
+        if named and not (path / "manifest.json").is_file():
+            text = " and ".join(kind.replace("_", " ") for kind in list(named)[:4])
+            problem = f"holds no textures of a material: by their names these are {text} alone"
+            raise InputError(
+                path, problem, "Put a base colour and another map there, as rock_color.png, rock_normal.png"
+            )
     if path.is_file():
         head = read_head(path, _HEAD_BYTES)[0]
         refuse_others(path, head)

@@ -12,6 +12,7 @@ is the negative. Maps larger than `MAX_SIDE` are made smaller, which is said. De
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
@@ -51,8 +52,9 @@ Upwards = Literal["opengl", "directx", ""]
 #: Most texels of a side; PBR maps of 4096 × 4096 texels take 0.6 GB.
 MAX_SIDE = 4096
 
-#: Correlation of the two mixed derivatives from which they tell the direction of y.
-TELLING = 0.1
+#: Correlation of the two mixed derivatives from which they tell the direction of y, and its least number of standard
+#: deviations of that between independent values.
+TELLING, DEVIATIONS = 0.1, 4.0
 
 #: First bytes of a JPEG, which has no alpha channel: it is 1 everywhere.
 JPEG = b"\xff\xd8"
@@ -366,9 +368,9 @@ def _normals(described: Described, values: Map | None, size: tuple[int, int], no
     vectors = vectors * np.array([described.normal_scale, described.normal_scale, 1.0], np.float32)
     length = np.sqrt(np.einsum("ijk,ijk->ij", vectors, vectors))[..., None]
     normal = np.where((length > 0.05) & (vectors[..., 2:] > 0.0), vectors / np.maximum(length, 1e-6), flat)
-    sense = _agreement(normal)
+    sense, telling = _agreement(normal), max(TELLING, DEVIATIONS / math.sqrt(size[0] * size[1]))
     upwards = described.upwards
-    seen: Upwards = "directx" if sense < -TELLING else "opengl" if sense > TELLING else ""
+    seen: Upwards = "directx" if sense < -telling else "opengl" if sense > telling else ""
     if not upwards:
         upwards = seen or "opengl"
         words = {"opengl": "up (OpenGL)", "directx": "down (DirectX)"}[upwards]
