@@ -13,6 +13,7 @@ import json
 import os
 import re
 import shlex
+import unicodedata
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -189,17 +190,25 @@ def _is_photograph(entry: Path) -> bool:
 def _read_table(table: Path) -> Iterator[Capture]:
     """The captures of a table; InputError names its row."""
     content = utf8(read_bytes(table, MAX_TABLE_BYTES)).decode("utf-8", "surrogateescape").removeprefix("\ufeff")
-    head = content.split("\n", 1)[0]
-    separator = max(",;\t", key=head.count)
-    reader = csv.reader(io.StringIO(content, newline=""), delimiter=separator, strict=True)
+    head, _, rest = content.partition("\n")
+    stated = re.fullmatch(r'"?sep=([,;\t])"?\s{0,9}', head, re.IGNORECASE)  # by which Excel states the separator
+    separator = stated[1] if stated else max(",;\t", key=head.count)
+    reader = csv.reader(io.StringIO(rest if stated else content, newline=""), delimiter=separator, strict=True)
+    rows: dict[tuple[str, ...], tuple[int, Capture]] = {}
     try:
-        columns = [cell.strip() for cell in next(reader, [])]
-        if columns.count("path") != 1 or len(set(columns)) != len(columns):
+        columns = [_in_small(_as_shown(cell.strip())) for cell in next(reader, [])]
+        named = [column for column in columns if column]
+        if named.count("path") != 1 or len(set(named)) != len(named):
             problem = "needs a first row that names its columns, each once, with one called path"
             raise InputError(table, problem, "Begin it with path,name,options and columns for metadata")
-        for at, cells in enumerate(reader, 2):
+        for at, cells in enumerate(reader, 3 if stated else 2):
             if any(cell.strip() for cell in cells):
-                yield _read_row(table, at, columns, cells)
+                found = _read_row(table, at, columns, cells)
+                before, same = rows.setdefault(_key(found), (at, found))
+                if same != found:
+                    problem = f"names the same photographs with the same options in rows {before} and {at}"
+                    raise InputError(table, problem, "Leave one of them out, or give it other options")
+                yield found
             if at > MAX_ROWS:
                 raise InputError(table, f"has more than {MAX_ROWS:,} rows", "Divide it")
     except csv.Error as error:
@@ -213,7 +222,8 @@ def _read_row(table: Path, at: int, columns: Sequence[str], cells: Sequence[str]
     row = {column: cell.strip() for column, cell in zip(columns, cells, strict=False) if column}
     if not row["path"]:
         raise InputError(table, f"has no path in row {at}", "Name the folder of the photographs there")
-    place = table.parent / row["path"]
+    place = _find_place(table.parent, row["path"])
+    row = {column: _as_shown(cell) for column, cell in row.items()}
     try:
         options = read_options(row.get("options", ""), table.parent)
     except ValueError as error:
@@ -222,13 +232,40 @@ def _read_row(table: Path, at: int, columns: Sequence[str], cells: Sequence[str]
     return Capture(row.get("name") or name_of(place), place, options, metadata)
 
 
+def _in_small(column: str) -> str:
+    """The name of a column that means something here in small letters, others as they are."""
+    return column.lower() if column.lower() in COLUMNS else column
+
+
+def _as_shown(cell: str) -> str:
+    """A cell whose bytes are no UTF-8 by the Windows code page, in which Excel writes tables."""
+    try:
+        cell.encode()
+    except UnicodeEncodeError:
+        return cell.encode("utf-8", "surrogateescape").decode("cp1252", "replace")
+    return cell
+
+
+def _find_place(folder: Path, path: str) -> Path:
+    """The first of the ways to read `path` that exists, or the plainest where none does.
+
+    Excel writes names in the Windows code page, macOS takes umlauts apart, and Windows divides folders by backslashes.
+    """
+    shown = _as_shown(path)
+    forms = [path, shown, *(unicodedata.normalize(form, shown) for form in ("NFC", "NFD"))]
+    forms += [form.replace("\\", "/") for form in forms]
+    return next((folder / form for form in forms if os.path.lexists(folder / form)), folder / shown)
+
+
 def read_options(text: str, folder: Path) -> dict[str, str]:
     """Settings such as `working_space=acescg lens="my lens.lens"` by name; ValueError for what is none.
 
     Files are looked for in `folder`, and are named in full afterwards.
     """
     options: dict[str, str] = {}
-    for word in shlex.split(text):
+    words = shlex.shlex(text, posix=True, punctuation_chars=False)
+    words.whitespace_split, words.commenters, words.escape = True, "", ""  # backslashes are of Windows' paths
+    for word in words:
         name, equals, value = word.partition("=")
         name = name.removeprefix("--").replace("-", "_")
         if not equals:

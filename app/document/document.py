@@ -100,7 +100,7 @@ class ImportChoices:
     working_space : the linear space in which maps are made, or 'auto' (`engine.capture.gamut`).
     """
 
-    motion: str = "auto"
+    motion: Literal["auto", "none", "translation", "euclidean", "affine", "homography"] = "auto"
     white_balance: Literal["camera", "none"] = "camera"
     transfer: Literal["auto", "srgb", "linear"] = "auto"
     dark: Path | Literal["auto", "none"] = "auto"

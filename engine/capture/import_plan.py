@@ -122,7 +122,7 @@ class ImportSettings:
         as measured on a matte white patch; None to estimate it.
     """
 
-    motion: str = "auto"
+    motion: Literal["auto", "none", "translation", "euclidean", "affine", "homography"] = "auto"
     white_balance: WhiteBalance | GreyPatch = "camera"
     transfer: Literal["auto", "srgb", "linear"] = "auto"
     crop: tuple[int, int, int, int] | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ def azimuth_spread(azimuth: NDArray[np.float64] | None) -> float:
     return 2 * math.pi - float(np.diff(rising, append=rising[0] + 2 * math.pi).max())
 
 
-def usual_motion(azimuth: NDArray[np.float64] | None) -> str:
+def usual_motion(azimuth: NDArray[np.float64] | None) -> Literal["euclidean", "none"]:
     """Default motion of the alignment for these azimuths: see `ImportSettings.motion`."""
     return "euclidean" if azimuth_spread(azimuth) <= ONE_ARC else "none"
 

@@ -72,6 +72,8 @@ def test_a_table_gives_names_options_and_metadata(tmp_path: Path) -> None:
         ("path,options\na,sliecs=3\n", r"row 2 that is none \('sliecs' is no setting \(did you mean slices\?\)"),
         ("path,options\na,slices=many\n", "slices is not a whole number"),
         ("path,options\na,control_points=1\n", "is no setting"),
+        ("path,options\na,motion=nne\n", "motion is none of auto, none, translation"),
+        ("path,owner\na,Ann\n./a,Bob\n", "same photographs with the same options in rows 2 and 3"),
         ("path,name\na,b,c\n", "more cells in row 2"),
         ("path,name\n,b\n", "no path in row 2"),
         ('path,name\n"a,b\n', "no table of cells"),
@@ -82,6 +84,30 @@ def test_a_table_that_cannot_be_used_names_its_row(tmp_path: Path, text: str, sa
     (tmp_path / "list.csv").write_text(text)
     with pytest.raises(InputError, match=said):
         find_captures([str(tmp_path / "list.csv")])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "path;name;owner\r\nM\xfcnzen/Hof;Hof;M\xfcller",
+        "sep=;\r\nPath;NAME;owner;;\r\nM\xfcnzen\\Hof;Hof;M\xfcller;;",
+        'path,name,owner,,\n"Mu\u0308nzen/Hof",Hof,M\xfcller,,',
+    ],
+)
+@pytest.mark.parametrize("code", ["utf-8-sig", "cp1252", "utf-16"])
+def test_tables_as_spreadsheets_write_them(tmp_path: Path, text: str, code: str) -> None:
+    """Excel states separators, writes the Windows code page, and keeps empty columns; macOS takes umlauts apart."""
+    if "\u0308" in text and code == "cp1252":
+        text = text.replace("u\u0308", "\xfc")
+    photographs(tmp_path / "M\xfcnzen" / "Hof")
+    (tmp_path / "list.csv").write_bytes(text.encode(code))
+    (found,) = find_captures([str(tmp_path / "list.csv")])
+    assert (found.name, dict(found.metadata)) == ("Hof", {"owner": "M\xfcller"})
+    assert found.place == tmp_path / "M\xfcnzen" / "Hof"
+
+
+def test_backslashes_of_an_option_are_those_of_a_path(tmp_path: Path) -> None:
+    assert read_options(r"mask=D:\masks\a.png", tmp_path)["mask"].endswith(r"D:\masks\a.png")
 
 
 def test_an_option_is_a_name_and_a_value(tmp_path: Path) -> None:
