@@ -7961,6 +7961,14 @@ MIT-Lizenz.</translation>
    <translation>Beginnen Sie sie mit path,name,options und Spalten für Metadaten</translation>
   </message>
   <message>
+   <source>names the same photographs with the same options in rows %1 and %2</source>
+   <translation>nennt in den Zeilen %1 und %2 dieselben Fotos mit denselben Optionen</translation>
+  </message>
+  <message>
+   <source>Leave one of them out, or give it other options</source>
+   <translation>Lassen Sie eine davon weg, oder geben Sie ihr andere Optionen</translation>
+  </message>
+  <message>
    <source>has more than %1 rows</source>
    <translation>hat mehr als %1 Zeilen</translation>
   </message>
@@ -10720,6 +10728,10 @@ Elevation %2°, Azimut %3°</translation>
    <translation>hat einen Zusatzkanal, der nicht beachtet wird</translation>
   </message>
   <message>
+   <source>has colours that were multiplied by its alpha channel, which was undone</source>
+   <translation>hat Farben, die mit seinem Alphakanal multipliziert waren, was rückgängig gemacht wurde</translation>
+  </message>
+  <message>
    <source>is a TIFF volume of %1 slices</source>
    <translation>ist ein TIFF-Volumen mit %1 Schichten</translation>
   </message>
@@ -11902,6 +11914,10 @@ Elevation %2°, Azimut %3°</translation>
   <message>
    <source>Many samples of %1 of %2 floating-point photographs are exactly the largest value (%3), and none is above it: they are taken as clipped</source>
    <translation>Viele Abtastwerte von %1 von %2 Gleitkomma-Fotos sind genau der größte Wert (%3), und keiner liegt darüber: sie gelten als übersteuert</translation>
+  </message>
+  <message>
+   <source>Most samples of these floating-point photographs are above their white level of 1, up to %1: where they are 8- or 16-bit levels, divide them by 255 or 65535</source>
+   <translation>Die meisten Werte dieser Gleitkommafotos liegen über ihrem Weißpegel von 1, bis zu %1: Sind es 8- oder 16-Bit-Stufen, teilen Sie sie durch 255 oder 65535</translation>
   </message>
   <message>
    <source>was turned during the capture: EXIF orientation %1, and the others have %2</source>
@@ -17809,6 +17825,14 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
   <message>
    <source>holds textures that are not read (%1)</source>
    <translation>enthält Texturen, die nicht gelesen werden (%1)</translation>
+  </message>
+  <message>
+   <source>holds no textures of a material: by their names these are %1 alone</source>
+   <translation>enthält keine Texturen eines Materials: Ihren Namen nach sind es nur %1</translation>
+  </message>
+  <message>
+   <source>Put a base colour and another map there, as rock_color.png, rock_normal.png</source>
+   <translation>Legen Sie eine Grundfarbe und eine weitere Karte dorthin, etwa rock_color.png, rock_normal.png</translation>
   </message>
   <message>
    <source>is a texture that is not read (%1)</source>
