@@ -24,7 +24,7 @@ def capture(folder: Path, degrees: Any, **settings: Any) -> Any:
     return json.loads((folder / "truth" / "truth.json").read_text())["photographs"]
 
 
-def import_capture(folder: Path, motion: str) -> Any:
+def import_capture(folder: Path, motion: Any) -> Any:
     return drain(import_stack(find([folder]), ImportSettings(motion=motion), folder.parent / "stack"))
 
 
