@@ -2657,7 +2657,7 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
   </message>
   <message>
    <source>Compiling GLSL</source>
-   <translation>GLSL wird übersetzt</translation>
+   <translation>GLSL wird kompiliert</translation>
   </message>
   <message>
    <source>Save as…</source>
@@ -2669,11 +2669,11 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
   </message>
   <message>
    <source>Compiles half a second after the last key</source>
-   <translation>Übersetzt eine halbe Sekunde nach der letzten Taste</translation>
+   <translation>Kompiliert eine halbe Sekunde nach der letzten Taste</translation>
   </message>
   <message>
    <source>Compiled</source>
-   <translation>Übersetzt</translation>
+   <translation>Kompiliert</translation>
   </message>
   <message>
    <source>Save the text</source>
@@ -3132,7 +3132,7 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
   </message>
   <message>
    <source>compiling (first use only)</source>
-   <translation>wird übersetzt (nur beim ersten Mal)</translation>
+   <translation>wird kompiliert (nur beim ersten Mal)</translation>
   </message>
   <message>
    <source>Choose another method or other settings</source>
@@ -7387,7 +7387,7 @@ MIT-Lizenz.</translation>
   </message>
   <message>
    <source>Compiling %1</source>
-   <translation>%1 wird übersetzt</translation>
+   <translation>%1 wird kompiliert</translation>
   </message>
   <message>
    <source>Preparing %1</source>
@@ -15278,7 +15278,7 @@ Elevation %2°, Azimut %3°</translation>
   </message>
   <message>
    <source>Compiling (first use only)</source>
-   <translation>Wird übersetzt (nur beim ersten Mal)</translation>
+   <translation>Wird kompiliert (nur beim ersten Mal)</translation>
   </message>
   <message>
    <source>comparing photographs</source>
