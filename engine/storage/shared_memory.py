@@ -111,6 +111,10 @@ class _Results:
         self._end = 0
         self._arrays: list[tuple[int, NDArray[Any]]] = []
 
+    def close(self) -> None:
+        """Let go of all arrays, so that the file can be sealed as soon as the parent has the answer."""
+        self._arrays.clear()
+
     def array(self, shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
         size_bytes = math.prod(shape) * np.dtype(dtype).itemsize
         offset = self._end
@@ -152,6 +156,8 @@ def results_in(descriptor: int | None) -> Iterator[_Results | None]:
     try:
         yield _results
     finally:
+        if _results is not None:
+            _results.close()
         _results = None
         if descriptor is not None:
             os.close(descriptor)

@@ -17,6 +17,7 @@ import pytest
 
 from engine.core.errors import InputError
 from engine.storage import untrusted
+from engine.storage.shared_memory import SharedFile
 from engine.storage.untrusted import Decoding, decode_in_child, read_bytes
 
 DECODERS = """
@@ -390,6 +391,12 @@ def test_arrays_come_through_shared_memory_or_the_pipe(
     assert (reply["array"] == 7).all()
     del reply
     assert psutil.Process().num_fds() <= before + 3  # of the child: two pipes and a socket
+
+
+def test_arrays_are_mapped_and_not_read_once_more(file: Path, decoders: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(SharedFile, "_read")  # what takes the arrays of a child that still maps them
+    reply = decode_in_child(f"{decoders}:made_in_place", file)
+    assert (reply["array"] == 7).all()
 
 
 def test_fault18_a_child_that_answers_nonsense_costs_one_file(file: Path, decoders: str) -> None:
