@@ -105,7 +105,7 @@ def _serve(
         replies.flush()
         _limit_memory(request["memory_bytes"])
         _limit_time(request["patience_s"])
-        with results_in(results_file) as results:
+        with results_in(results_file, request["on_disk"]) as results:
             answer = _refusal(unreadable) if unreadable else _answer(request, contents, results, scratch)
     del contents, scratch
     gc.collect()  # decoders leave reference cycles that hold the whole file, and arrays that the parent waits for

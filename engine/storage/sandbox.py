@@ -150,6 +150,7 @@ _SYSTEM_CALLS: dict[str, tuple[int, int | None]] = {
     "getcwd": (79, 17),
     "fadvise64": (221, 223),
     "ftruncate": (77, 46),
+    "fallocate": (285, 47),
     "recvmsg": (47, 212),
     "dup": (32, 23),
     "dup2": (33, None),

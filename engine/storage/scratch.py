@@ -29,17 +29,25 @@ IN_MEMORY_BYTES = 512 * 2**20
 _MEMORY_KINDS, _ON_DISK = ("tmpfs", "ramfs"), Path("/var/tmp")
 
 _mapped: weakref.WeakSet[mmap.mmap] = weakref.WeakSet()
+_of_results: Path | None = None
 
 
 @contextmanager
 def keep_in_memory(size_bytes: int) -> Iterator[None]:
-    """Within the block arrays of more than so many bytes go to a file, if not smaller ones do."""
-    global IN_MEMORY_BYTES
-    before, IN_MEMORY_BYTES = IN_MEMORY_BYTES, min(size_bytes, IN_MEMORY_BYTES)
+    """Within the block arrays of more than so many bytes go to a file, if not smaller ones do, and so do those that
+    decoders answer with, of any size."""
+    global IN_MEMORY_BYTES, _of_results
+    before = IN_MEMORY_BYTES, _of_results
+    IN_MEMORY_BYTES, _of_results = min(size_bytes, IN_MEMORY_BYTES), temporary_folder()
     try:
         yield
     finally:
-        IN_MEMORY_BYTES = before
+        IN_MEMORY_BYTES, _of_results = before
+
+
+def folder_of_results() -> Path | None:
+    """The folder for arrays that decoders answer with; None where memory holds them."""
+    return _of_results
 
 
 def temporary_folder() -> Path:
@@ -91,9 +99,14 @@ def array_in(place: Path | None, shape: tuple[int, ...], dtype: DTypeLike) -> ND
     size_bytes = _size_bytes(shape, dtype)
     try:
         with open_unnamed(place, size_bytes) as file:
-            array = np.memmap(file, dtype=dtype, mode="r+", shape=shape)
+            return map_file(file, shape, dtype)
     except OSError as error:
         raise explain_no_room(place, size_bytes, error) from None
+
+
+def map_file(file: IO[bytes], shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
+    """An array of the content of an unnamed `file`, which may be closed."""
+    array = np.memmap(file, dtype=dtype, mode="r+", shape=shape)
     _mapped.add(getattr(array, "_mmap"))  # noqa: B009 - numpy does not declare it
     return array
 

@@ -474,7 +474,9 @@ class _Child:
             if self.socket is not None and handed:
                 socket.send_fds(self.socket, [b"\n"], handed)
             limits = {"patience_s": PATIENCE * request["timeout_s"]}
-            line = json.dumps({**request, **limits, "descriptors": len(handed), "shared": results is not None})
+            on_disk = results is not None and results.folder is not None
+            shared = {"shared": results is not None, "on_disk": on_disk}
+            line = json.dumps({**request, **limits, **shared, "descriptors": len(handed)})
             requests.write(line.encode() + b"\n")
             requests.writelines(contents)
             requests.flush()

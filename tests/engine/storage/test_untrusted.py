@@ -16,7 +16,7 @@ import psutil
 import pytest
 
 from engine.core.errors import InputError
-from engine.storage import untrusted
+from engine.storage import scratch, shared_memory, untrusted
 from engine.storage.shared_memory import SharedFile
 from engine.storage.untrusted import Decoding, decode_in_child, read_bytes
 
@@ -397,6 +397,21 @@ def test_arrays_are_mapped_and_not_read_once_more(file: Path, decoders: str, mon
     monkeypatch.delattr(SharedFile, "_read")  # what takes the arrays of a child that still maps them
     reply = decode_in_child(f"{decoders}:made_in_place", file)
     assert (reply["array"] == 7).all()
+
+
+def test_arrays_lie_in_files_that_no_child_knows_while_memory_is_limited(
+    file: Path, decoders: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shared_memory, "_IN_FILES_BYTES", 1)
+    with scratch.keep_in_memory(0):
+        reply = decode_in_child(f"{decoders}:made_in_place", file)
+        assert isinstance(reply["array"], np.memmap)
+    assert (reply["array"] == 7).all()
+    assert reply["copied"].tolist() == list(range(5))
+    assert np.array_equal(reply["view"], np.arange(12).reshape(3, 4).T)
+    monkeypatch.setattr(os, "sendfile", lambda *_: 0)
+    with scratch.keep_in_memory(0), pytest.raises(InputError, match="invalid response"):
+        decode_in_child(f"{decoders}:made_in_place", file)
 
 
 def test_fault18_a_child_that_answers_nonsense_costs_one_file(file: Path, decoders: str) -> None:
