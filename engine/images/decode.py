@@ -154,6 +154,7 @@ def decode(
     white_samples: Sequence[float] = (),
     keep_codes: bool = False,
     clamp_infinite: bool = False,
+    codes_alone: bool = False,
 ) -> dict[str, Any]:
     """The decoder that runs in the child: fields of `Image` as arrays and JSON values.
 
@@ -162,8 +163,8 @@ def decode(
     Floating-point samples of red, green and blue from `white_samples` on, where there are any, are saturated.
     Of `bands`, which count from 1, one becomes grey, and three red, green and blue; without any the file's colours do.
     A stated `transfer` overrides all that the file says of colours, or with `keep_primaries` its curve alone.
-    With `keep_codes` there are the fields of `codes.Coded` as well, where pixels are made by tables, and with
-    `clamp_infinite` infinite samples are `HALF_MAX`.
+    With `keep_codes` there are the fields of `codes.Coded` as well, where pixels are made by tables, or with
+    `codes_alone` in the place of `pixels` and `saturated`. With `clamp_infinite` infinite samples are `HALF_MAX`.
     """
     reader = find_reader("image", content, len(content), name)
     if reader is None:
@@ -181,13 +182,18 @@ def decode(
     clamped = np.zeros(0, np.bool_) if raster.white is not None or not clamp_infinite else raster.samples == np.inf
     if clamped.any():
         raster = replace(raster, samples=np.where(clamped, np.float32(HALF_MAX), raster.samples))
-    pixels, saturated, broken = _linear(raster, space, turn)
+    coded = _keep_codes(raster, space, turn) if (keep_codes or codes_alone) and not half_size else {}
+    shown: dict[str, Any] = {}
+    broken = 0
+    if not (coded and codes_alone):
+        pixels, saturated, broken = _linear(raster, space, turn)
+        if white_samples and raster.white is None:
+            samples = raster.samples if raster.samples.ndim == 3 else raster.samples[..., None]
+            clipped = np.logical_or.reduce(samples >= np.asarray(white_samples, samples.dtype), axis=2)
+            saturated |= exif.orient(clipped, turn)
+        pixels, saturated = halve_image(pixels, saturated) if half_size else (pixels, saturated)
+        shown = {"pixels": pixels, "saturated": saturated}
     largest, plateaus = ([], []) if raster.white is not None else _find_plateaus(raster.samples)
-    if white_samples and raster.white is None:
-        samples = raster.samples if raster.samples.ndim == 3 else raster.samples[..., None]
-        clipped = np.logical_or.reduce(samples >= np.asarray(white_samples, samples.dtype), axis=2)
-        saturated |= exif.orient(clipped, turn)
-    coded = _keep_codes(raster, space, turn) if keep_codes and not half_size else {}
     rows = [] if raster.container in _COUNTED else _about_rows(raster.samples)
     warnings = [*raster.warnings, *of_colours, *of_bands, *rows]
     if count := int(clamped.sum()):
@@ -197,11 +203,8 @@ def decode(
         warnings.append(f"has {broken} pixels that are not finite; they are masked")
     if photographed.exposure_garbled:
         warnings.append(exif.EXPOSURE_GARBLED)
-    if half_size:
-        pixels, saturated = halve_image(pixels, saturated)
     return {
-        "pixels": pixels,
-        "saturated": saturated,
+        **shown,
         "transfer": space.transfer,
         "profile": space.name,
         "bit_depth": raster.bit_depth,
@@ -362,8 +365,10 @@ def _keep_codes(raster: Raster, space: ColourSpace, orientation: int) -> dict[st
         return {}
     samples = raster.samples if raster.samples.ndim == 3 else raster.samples[..., None]
     samples = exif.orient(samples, orientation)
-    kept = result_array(samples.shape, samples.dtype)
-    kept[...] = samples
+    kept = samples
+    if not samples.flags.c_contiguous:
+        kept = result_array(samples.shape, samples.dtype)
+        kept[...] = samples
     tables = np.ascontiguousarray(_tables(raster.white, space)[:, : 256**samples.dtype.itemsize])
     matrix = {} if space.matrix is None else {"matrix": space.matrix.astype(np.float32)}
     return {"codes": kept, "tables": tables, "white": raster.white, **matrix}

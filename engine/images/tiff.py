@@ -28,6 +28,7 @@ from engine.images.jpeg import check_jpeg
 from engine.images.raster import UNWANTED, Raster, Transfer, check_size, white_code
 from engine.images.tiff_directories import TYPE_BYTES, check_directories
 from engine.storage.decoder_child import complaints
+from engine.storage.shared_memory import result_array
 from engine.storage.untrusted import AGAIN
 
 SIGNATURES = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
@@ -122,7 +123,7 @@ def _divide(samples: NDArray[Any], alpha: NDArray[Any], white: Any) -> NDArray[A
 
 def _planes(page: tifffile.TiffPage) -> NDArray[Any]:
     """Samples as (H, W, S), whatever their planar configuration and byte order."""
-    samples = page.asarray(squeeze=False)
+    samples = page.asarray(squeeze=False, out=result_array(page.shaped, page.dtype))
     samples = samples.reshape(samples.shape[-5:])
     planes, _, height, width, contiguous = samples.shape
     samples = samples.reshape(planes, height, width, contiguous)

@@ -15,7 +15,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -34,6 +34,7 @@ from engine.images.credits import read_credits
 from engine.images.exif import Exif, pixel_pitch_mm, read_exif
 from engine.images.tiff_directories import check_directories
 from engine.storage.readers import readers
+from engine.storage.scratch import folder_of_results, release
 from engine.storage.untrusted import CHILDREN, GIBIBYTE, Decoding, build
 
 WhiteBalance = Literal["camera", "none"] | Sequence[float]
@@ -173,11 +174,13 @@ class Reading:
             "white_samples": [float(value) for value in white_samples],
             "keep_codes": keep_codes,
         }
+        self._keep_codes = keep_codes
         self._known = _ask_supplies(self._path, options)
         self._decoding: Decoding | None = None
         if self._known is None:
             name = "engine.capture.photograph.decode:decode_photograph"
-            self._decoding = Decoding(name, path, **options, memory_bytes=_MEMORY_BYTES)
+            few = folder_of_results() is not None  # memory: the codes alone come, as there are fewer bytes of them
+            self._decoding = Decoding(name, path, **options, codes_alone=few, memory_bytes=_MEMORY_BYTES)
 
     def wait(self, timeout_s: float) -> bool:
         """Wait for at most `timeout_s`; True if the photograph has been read, or cannot be."""
@@ -197,7 +200,8 @@ class Reading:
                 value.flags.writeable = False
             elif isinstance(value, list):
                 reply[name] = tuple(value)
-        return build(_build, self._path, {"path": self._path, **reply})
+        photograph = build(_build, self._path, {"path": self._path, **reply})
+        return photograph if self._keep_codes else replace(photograph, coded=None)
 
     def close(self) -> None:
         """Stop reading."""
@@ -231,6 +235,12 @@ def _build(**fields: Any) -> Photograph:
     if "codes" not in fields:
         return Photograph(**fields)
     coded = Coded(**{name: fields.pop(name) for name in ("codes", "tables", "white", "matrix") if name in fields})
+    if "radiance" not in fields:
+        pixels = coded.linear(0, len(coded.codes))
+        release(coded.codes)
+        for array in pixels:
+            array.flags.writeable = False
+        fields |= dict(zip(("radiance", "saturated"), pixels, strict=True))
     photograph = Photograph(**fields, coded=coded)
     if coded.codes.shape[:2] != np.shape(photograph.saturated):
         raise TypeError("codes of another size than the photograph")
@@ -248,8 +258,9 @@ def decode_photograph(
     bands: Sequence[int] = (),
     white_samples: Sequence[float] = (),
     keep_codes: bool = False,
+    codes_alone: bool = False,
 ) -> dict[str, Any]:
-    """The decoder that runs in the child."""
+    """The decoder that runs in the child; with `codes_alone` codes come without the pixels that tables make of them."""
     if _is_raw(content, name):
         from engine.capture.photograph.raw import decode_raw
 
@@ -259,8 +270,12 @@ def decode_photograph(
         optics = note_optics(noted, found["radiance"].shape, half_size)
         return {**found, **optics, "credits": read_credits(content, noted)}
     more: dict[str, Any] = {"bands": bands, "keep_primaries": True, "white_samples": white_samples}
-    image = images.decode(content, name, transfer, half_size, orientation, white_code, keep_codes=keep_codes, **more)
-    images.refuse_larger(name, image["pixels"])
+    more |= {"keep_codes": keep_codes, "codes_alone": codes_alone}
+    image = images.decode(content, name, transfer, half_size, orientation, white_code, **more)
+    if "pixels" in image:
+        image["radiance"] = image.pop("pixels")
+        images.refuse_larger(name, image["radiance"])
+    shape = image["radiance" if "radiance" in image else "codes"].shape
     if Path(name).suffix.lower() in RAW_SUFFIXES:
         image["warnings"].append(f"is a {image['container']} inside, not camera RAW")
     del image["environment"]  # what a photograph is not
@@ -268,10 +283,10 @@ def decode_photograph(
     photographed: dict[str, Any] = {
         name: getattr(noted, name) for name in ("camera", "exposure_s", "iso", "aperture", "orientation")
     }
-    photographed |= note_optics(noted, image["pixels"].shape, half_size)
+    photographed |= note_optics(noted, shape, half_size)
     photographed["credits"] = read_credits(content, noted)
     levels = {"black_level": [], "white_level": [], "white_balance": [1.0, 1.0, 1.0], "camera_matrix": []}
-    return {"radiance": image.pop("pixels"), **image, **photographed, **levels}
+    return {**image, **photographed, **levels}
 
 
 def note_optics(noted: Exif, shape: Sequence[int], half_size: bool) -> dict[str, float | None]:

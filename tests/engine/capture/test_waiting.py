@@ -17,6 +17,9 @@ from engine.capture.photograph.calibrate import near_lamp_gain
 from engine.capture.waiting import CodedPixels
 from engine.core.steps import drain
 from engine.images.codes import Coded
+from engine.images.decode import halve_image
+from engine.images.encode import write_tiff16
+from engine.storage.scratch import keep_in_memory
 from tests.engine.capture.calibration.generated import Capture, render, write
 
 SMALL: dict[str, Any] = {"height": 48, "width": 56, "lamps": 18}
@@ -95,6 +98,30 @@ def test_grey_and_turned_photographs_wait_as_codes(tmp_path: Path) -> None:
         assert photograph.coded.codes.shape[2] == 1
         assert np.array_equal(light, photograph.radiance)
         assert np.array_equal(saturated, photograph.saturated)
+
+
+@pytest.mark.parametrize("name", ["grey.png", "colours.tif", "turned.tif"])
+def test_photographs_have_the_same_bits_while_memory_is_limited(tmp_path: Path, name: str) -> None:
+    from engine.capture.photograph.decode import read_photograph
+
+    codes = np.random.default_rng(1).integers(0, 1 << 16, (40, 30, 3), np.uint16)
+    cv2.imwrite(str(tmp_path / "grey.png"), codes[..., 0])
+    write_tiff16(tmp_path / "colours.tif", codes, transfer="srgb")
+    write_tiff16(tmp_path / "turned.tif", codes, transfer="linear")
+    orientation = 6 if name == "turned.tif" else 0
+    plain = read_photograph(tmp_path / name, orientation=orientation)
+    with keep_in_memory(0):
+        limited = read_photograph(tmp_path / name, orientation=orientation, keep_codes=True)
+        halved = read_photograph(tmp_path / name, orientation=orientation, half_size=True)
+    assert np.array_equal(limited.radiance, plain.radiance)
+    assert np.array_equal(limited.saturated, plain.saturated)
+    assert limited.coded is not None
+    assert (limited.largest_code, limited.warnings, limited.credits) == (
+        plain.largest_code,
+        plain.warnings,
+        plain.credits,
+    )
+    assert np.array_equal(halved.radiance, halve_image(plain.radiance, plain.saturated)[0])
 
 
 def test_codes_that_wait_keep_nothing_else_in_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
