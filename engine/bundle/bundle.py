@@ -138,6 +138,9 @@ def _thin(directional: DirectionalMap) -> DirectionalMap:
 SUFFIX = ".lightarc"
 _AT_ONCE = 1 << 24
 
+#: Bytes that are copied at once.
+_PART_BYTES = 1 << 22
+
 _MAY_BE_NEGATIVE = ("the shading map", "the kept tiles")
 
 Value = TypeVar("Value")
@@ -267,11 +270,12 @@ def extract_bundle(path: str | os.PathLike[str], folder: str | os.PathLike[str])
     names = sorted(manifest.members)
     with folder_members(target, MANIFEST, sum(archive.sizes.values())) as opened:
         for name in (*names, MANIFEST):
-            content = archive.read(name)
+            content = archive.read_array(name)
             if name != MANIFEST:
                 check_fingerprint(archive, manifest, name, content)
             with opened(name, len(content)) as member:
-                member.write(content)
+                for start in range(0, len(content), _PART_BYTES):
+                    member.write(content[start : start + _PART_BYTES].tobytes())
     return [*names, MANIFEST]
 
 
@@ -430,7 +434,7 @@ def _fingerprint_problems(archive: Archive, manifest: Manifest) -> list[str]:
     for name in sorted(manifest.members):
         limit_bytes = BUNDLE_LIMIT_BYTES if name.endswith(".exr") else SMALL_LIMIT_BYTES
         try:
-            check_fingerprint(archive, manifest, name, archive.read(name, limit_bytes))
+            check_fingerprint(archive, manifest, name, archive.read_array(name, limit_bytes))
         except InputError as error:
             problems.append(f"{error.problem}.")
     return problems

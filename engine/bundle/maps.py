@@ -32,11 +32,12 @@ from engine.storage.records import (
     HealthRecord,
     KeptTilesRecord,
     Manifest,
+    Member,
     PowerLawRecord,
     ShadingMapRecord,
     StorageRecord,
 )
-from engine.storage.untrusted import decode_content
+from engine.storage.scratch import folder_of_results
 
 COVERAGE = "A"
 
@@ -245,13 +246,12 @@ def pixels_member(
     """The pixels of a member, after its size and fingerprint have been found right."""
     size_bytes = texel_bytes * height * width
     _check_memory(archive, member, size_bytes)
-    content = archive.read(member)
-    check_fingerprint(archive, manifest, member, content)
-    reply = decode_content(
+    known = _written(archive, manifest, member)
+    reply = archive.decode(
         f"engine.bundle.member_maps:{decoder}",
-        archive.path / member,
-        content,
-        memory_bytes=(2 << 30) + 2 * len(content) + 4 * size_bytes,
+        member,
+        (known.size_bytes, known.sha256),
+        memory_bytes=(2 << 30) + 2 * known.size_bytes + 4 * size_bytes,
         timeout_s=60.0 + size_bytes / 10e6,
         height=height,
         width=width,
@@ -265,7 +265,7 @@ def _check_memory(archive: Archive, member: str, size_bytes: int) -> None:
     """Refuse pixels that are too many for any bundle, or many and more than the memory that is free would hold."""
     if size_bytes > BUNDLE_LIMIT_BYTES:
         raise InputError(archive.path, f"{member} would have {size_bytes:,} bytes of pixels", "Use a smaller bundle")
-    if size_bytes <= _READ_UNASKED_BYTES:
+    if size_bytes <= _READ_UNASKED_BYTES or folder_of_results() is not None:
         return
 
     free = free_bytes()
@@ -274,10 +274,16 @@ def _check_memory(archive: Archive, member: str, size_bytes: int) -> None:
         raise InputError(archive.path, needs, "Open it on a machine with more, or make the material smaller")
 
 
-def check_fingerprint(archive: Archive, manifest: Manifest, name: str, content: bytes) -> None:
+def check_fingerprint(archive: Archive, manifest: Manifest, name: str, content: bytes | NDArray[np.uint8]) -> None:
     """Raise InputError unless `content` is what the manifest says that member `name` holds."""
+    member = _written(archive, manifest, name)
+    if (len(content), hashlib.sha256(content).hexdigest()) != (member.size_bytes, member.sha256):
+        raise InputError(archive.path, f"{name} is not as it was written", "Ask for the bundle again")
+
+
+def _written(archive: Archive, manifest: Manifest, name: str) -> Member:
+    """What the manifest says of a member; InputError where it says nothing."""
     member = manifest.members.get(name)
     if member is None:
         raise InputError(archive.path, f"{name} is not in the manifest", _AGAIN)
-    if (len(content), hashlib.sha256(content).hexdigest()) != (member.size_bytes, member.sha256):
-        raise InputError(archive.path, f"{name} is not as it was written", "Ask for the bundle again")
+    return member

@@ -68,16 +68,38 @@ class Archive:
 
     def read(self, name: str, limit_bytes: int = BUNDLE_LIMIT_BYTES) -> bytes:
         """The content of the member `name`; InputError where it is missing, too large or damaged."""
-        if name not in self.sizes:
-            raise InputError(self.path, f"has no member {name}", _REMEDY)
-        size_bytes = self.sizes[name]
+        return self.read_array(name, limit_bytes).tobytes()
+
+    def read_array(self, name: str, limit_bytes: int = BUNDLE_LIMIT_BYTES) -> NDArray[np.uint8]:
+        """The same as an array, which lies on the disk while memory is limited."""
+        size_bytes = self._size(name)
         if size_bytes > limit_bytes:
             raise InputError(self.path, f"{name} has {size_bytes:,} bytes, more than {limit_bytes:,}", _REMEDY)
         if not self.is_zip:
-            return read_bytes(self.path / name, limit_bytes)
+            return np.frombuffer(read_bytes(self.path / name, limit_bytes), np.uint8)
         wanted = [(self.numbers[name], size_bytes)]
         (content,) = zip_contents(self.path, wanted, _REMEDY, BUNDLE_LIMIT_BYTES, self.process)
-        return content.tobytes()
+        return content
+
+    def decode(self, decoder: str, name: str, fingerprint: tuple[int, str], **options: Any) -> dict[str, Any]:
+        """Run `decoder` (`engine.storage.untrusted.decode_in_child`) on the member `name`, which nobody reads whole.
+
+        It gets the archive as an open file, and as `member` the place in its list, -1 where the file is the member, and
+        the size and SHA-256 of the `fingerprint`, which it compares. InputError names the member.
+        """
+        self._size(name)
+        number, path = (self.numbers[name], self.path) if self.is_zip else (-1, self.path / name)
+        more = {"as_file": True, "limit_bytes": BUNDLE_LIMIT_BYTES, "member": [number, *fingerprint]}
+        try:
+            return decode_in_child(decoder, path, **more, **options)
+        except InputError as error:
+            raise type(error)(self.path / name, error.problem, error.remedy) from None
+
+    def _size(self, name: str) -> int:
+        """Bytes of a member; InputError where it is missing."""
+        if name not in self.sizes:
+            raise InputError(self.path, f"has no member {name}", _REMEDY)
+        return self.sizes[name]
 
 
 def zip_entries(

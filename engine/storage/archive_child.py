@@ -95,6 +95,18 @@ def decode_zip_contents(
     return found
 
 
+def open_member(file: IO[bytes], name: str, number: int) -> IO[bytes]:
+    """The member at a place in the list of a zip that has been looked into, as a file; for -1 the file itself."""
+    if number < 0:
+        file.seek(0)
+        return file
+    try:
+        archive = zipfile.ZipFile(file)
+        return archive.open(archive.infolist()[number])
+    except _DAMAGE as error:
+        raise InputError(name, f"is damaged ({one_line(error)})", "Ask for it again from where it came") from None
+
+
 def _open(file: IO[bytes], name: str, remedy: str, other: str, member_limit: int, comment: bool) -> zipfile.ZipFile:
     size_bytes = file.seek(0, os.SEEK_END)
     file.seek(0)
