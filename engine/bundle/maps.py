@@ -246,7 +246,7 @@ def pixels_member(
     """The pixels of a member, after its size and fingerprint have been found right."""
     size_bytes = texel_bytes * height * width
     _check_memory(archive, member, size_bytes)
-    known = _written(archive, manifest, member)
+    known = _look_up(archive, manifest, member)
     reply = archive.decode(
         f"engine.bundle.member_maps:{decoder}",
         member,
@@ -276,12 +276,12 @@ def _check_memory(archive: Archive, member: str, size_bytes: int) -> None:
 
 def check_fingerprint(archive: Archive, manifest: Manifest, name: str, content: bytes | NDArray[np.uint8]) -> None:
     """Raise InputError unless `content` is what the manifest says that member `name` holds."""
-    member = _written(archive, manifest, name)
+    member = _look_up(archive, manifest, name)
     if (len(content), hashlib.sha256(content).hexdigest()) != (member.size_bytes, member.sha256):
         raise InputError(archive.path, f"{name} is not as it was written", "Ask for the bundle again")
 
 
-def _written(archive: Archive, manifest: Manifest, name: str) -> Member:
+def _look_up(archive: Archive, manifest: Manifest, name: str) -> Member:
     """What the manifest says of a member; InputError where it says nothing."""
     member = manifest.members.get(name)
     if member is None:

@@ -144,8 +144,7 @@ def _chunk(planes: Planes, first: int) -> bytes:
 
 @dataclass(frozen=True)
 class Strips:
-    """What is read strip by strip: `channels` in the order of the file, all samples of one `kind`, and `start` of the
-    table of places."""
+    """Layout of a file: its `channels` in their order, all samples of one `kind`, and `start` of the table of places."""
 
     channels: tuple[str, ...]
     kind: np.dtype[Any]
