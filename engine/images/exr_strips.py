@@ -144,7 +144,7 @@ def _chunk(planes: Planes, first: int) -> bytes:
 
 @dataclass(frozen=True)
 class Strips:
-    """Layout of a file: its `channels` in their order, all samples of one `kind`, and `start` of the table of places."""
+    """Layout of a file: `channels` in their order, all samples of one `kind`, and the `start` of the table of places."""
 
     channels: tuple[str, ...]
     kind: np.dtype[Any]
