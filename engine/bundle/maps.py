@@ -277,7 +277,8 @@ def _check_memory(archive: Archive, member: str, size_bytes: int) -> None:
 def check_fingerprint(archive: Archive, manifest: Manifest, name: str, content: bytes | NDArray[np.uint8]) -> None:
     """Raise InputError unless `content` is what the manifest says that member `name` holds."""
     member = _look_up(archive, manifest, name)
-    if (len(content), hashlib.sha256(content).hexdigest()) != (member.size_bytes, member.sha256):
+    plain = content if isinstance(content, bytes) else content.data
+    if (len(content), hashlib.sha256(plain).hexdigest()) != (member.size_bytes, member.sha256):
         raise InputError(archive.path, f"{name} is not as it was written", "Ask for the bundle again")
 
 

@@ -34,7 +34,7 @@ _PATIENCE_S = 0.05
 #: Version 2 of the format, with names of any length and otherwise plain: one part of scan lines; and what its header
 #: says of ZIP compression, of rows from the top, and of samples.
 _PLAIN_FLAGS, _ZIP, _FROM_THE_TOP = (2, 2 | 0x400), 3, 0
-_KINDS = {1: np.dtype("<f2"), 2: np.dtype("<f4")}
+_KINDS: dict[int, np.dtype[Any]] = {1: np.dtype("<f2"), 2: np.dtype("<f4")}
 
 #: Longest header that is read.
 _HEADER_BYTES = 1 << 20
@@ -144,7 +144,7 @@ def _chunk(planes: Planes, first: int) -> bytes:
 
 @dataclass(frozen=True)
 class Strips:
-    """Layout of a file: `channels` in their order, all samples of one `kind`, and the `start` of the table of places."""
+    """Layout of a file: `channels` in order, all samples of one `kind`, and the `start` of the table of places."""
 
     channels: tuple[str, ...]
     kind: np.dtype[Any]

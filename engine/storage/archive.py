@@ -89,7 +89,7 @@ class Archive:
         """
         self._size(name)
         number, path = (self.numbers[name], self.path) if self.is_zip else (-1, self.path / name)
-        more = {"as_file": True, "limit_bytes": BUNDLE_LIMIT_BYTES, "member": [number, *fingerprint]}
+        more: dict[str, Any] = {"as_file": True, "limit_bytes": BUNDLE_LIMIT_BYTES, "member": [number, *fingerprint]}
         try:
             return decode_in_child(decoder, path, **more, **options)
         except InputError as error:
