@@ -184,7 +184,7 @@ def explain_no_room(place: Path, size_bytes: int, error: OSError) -> OutputError
 
 
 def _reserve(file: IO[bytes], size_bytes: int) -> None:
-    if hasattr(os, "posix_fallocate"):
+    if size_bytes and hasattr(os, "posix_fallocate"):
         os.posix_fallocate(file.fileno(), 0, size_bytes)
         return
     zeros = bytes(2**24)

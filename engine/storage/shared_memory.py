@@ -20,7 +20,6 @@ import math
 import mmap
 import operator
 import os
-import tempfile
 import threading
 import weakref
 from collections.abc import Iterator
@@ -120,7 +119,7 @@ def make_shared_file() -> Iterator[SharedFile | None]:
     """A new file for one reply, or None where there are none; its room is free when the last array is gone."""
     folder = scratch.folder_of_results()
     if folder is not None and hasattr(os, "posix_fallocate") and not _limit():
-        with tempfile.TemporaryFile(dir=folder) as file:
+        with scratch.open_unnamed(folder, 0) as file:
             yield SharedFile(file.fileno(), folder)
         return
     if not hasattr(os, "memfd_create") or _limit():
