@@ -72,14 +72,18 @@ class OnceParser(argparse.ArgumentParser):
         return self
 
     def _get_value(self, action: argparse.Action, text: str) -> Any:
-        """Say of a number that is none what it should be; other types have messages of their own."""
-        if action.type not in (int, float):
+        """Say of a value that is none what it should be, where its type has no message of its own: argparse would name
+        the function that reads it."""
+        if action.type is None:
             return super()._get_value(action, text)
         try:
             return action.type(text)
-        except ValueError:
-            noun = "whole number" if action.type is int else "number"
-            raise argparse.ArgumentError(action, f"{text[:_LONGEST]!r} is no {noun}") from None
+        except argparse.ArgumentTypeError as error:
+            raise argparse.ArgumentError(action, str(error)) from None
+        except (TypeError, ValueError):
+            form = action.metavar if isinstance(action.metavar, str) else action.dest.upper()
+            noun = {int: "no whole number", float: "no number"}.get(action.type, f"not {form}")
+            raise argparse.ArgumentError(action, f"{text[:_LONGEST]!r} is {noun}") from None
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is None or value in action.choices:

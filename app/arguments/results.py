@@ -27,6 +27,13 @@ from engine.storage.untrusted import read_head
 _LONGEST_PATH = 4096
 
 
+def refuse_empty(text: str) -> str:
+    """`text`, a name; ArgumentTypeError for an empty one, which a path would take for the current folder."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("the name is empty, as that of a variable of the shell that is not set")
+    return text
+
+
 @dataclass(frozen=True)
 class Input:
     """The type of an argument that names something to read, by itself or within a text (`alpha=0.1:0.5:map.png`).
@@ -42,7 +49,7 @@ class Input:
     reach: Literal["file", "path", "beside"] = "path"
 
     def __call__(self, text: str) -> Any:
-        return self.make(text)
+        return self.make(refuse_empty(text))
 
     def paths(self, text: str) -> Iterator[str]:
         """Existing paths that `text` may mean."""
@@ -69,7 +76,7 @@ class Output:
     make: Callable[[str], Any] = str
 
     def __call__(self, text: str) -> Any:
-        return self.make(text)
+        return self.make(refuse_empty(text))
 
     def find_named(self, text: str, options: argparse.Namespace) -> list[tuple[str, Kind]]:
         return [(text, self.kind)] if isinstance(self.kind, Kind) else self.kind(text, options)

@@ -24,6 +24,7 @@ from engine.capture.registration.framing import (
     samples_per_side,
 )
 from engine.capture.registration.warp import Region, valid_region
+from engine.capture.scale import KnownLength
 from engine.core.errors import InputError, UsageError
 
 Matrix = NDArray[np.float64]
@@ -56,11 +57,21 @@ class View:
         return {"crop_px": None, "framing": {"corners_px": corners, **size}}
 
 
+def _check_length(known: KnownLength, size: tuple[int, int], place: Path) -> None:
+    """InputError where an end of the known length lies outside the photograph (height, width)."""
+    for x, y in (known.first, known.second):
+        if not (-0.5 <= x <= size[1] - 0.5 and -0.5 <= y <= size[0] - 0.5):
+            problem = f"the known length ends at {x:g},{y:g}, outside the {size[1]} × {size[0]} px of the photographs"
+            raise InputError(place, problem, "Give the points in pixels of the photographs, from the top left")
+
+
 def view_of(settings: ImportSettings, matrices: Matrix, size: tuple[int, int], place: Path) -> View:
     """Part of photographs of `size` (height, width), aligned by `matrices` (N, 3, 3), that `settings` ask for.
 
     Raises InputError for `place` where that is nothing, or where a framing reaches beyond a photograph.
     """
+    if isinstance(settings.scale, KnownLength):
+        _check_length(settings.scale, size, place)
     if settings.framing is not None:
         return _frame(settings.framing, matrices, size, place)
     shared = valid_region(matrices, *size)

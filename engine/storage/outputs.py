@@ -245,16 +245,16 @@ def _check_inputs(path: str, kind: Kind, read: _Read) -> None:
     if name := read.files.get(identity) or read.folders.get(identity):
         what = "it is read by this command" if name == path else f"it is the same as, or part of, {name}, which is read"
         raise OutputError(path, f"{what}, and an output never replaces an input", "Choose another name")
+    for folder in _folders_above(path):
+        if folder in read.folders:
+            problem = f"it lies in {read.folders[folder]}, which is read by this command"
+            raise OutputError(path, problem, "Choose a place outside that folder")
     if kind.is_folder and not kind.shared and identity in read.above:
         raise OutputError(
             path,
             f"the folder holds {read.above[identity]}, which is read, and would be replaced",
             "Choose another name",
         )
-    for folder in _folders_above(path):
-        if folder in read.folders:
-            problem = f"it lies in {read.folders[folder]}, which is read by this command"
-            raise OutputError(path, problem, "Choose a place outside that folder")
 
 
 def _check_each_other(outputs: Sequence[tuple[str, Kind]]) -> None:

@@ -9777,16 +9777,16 @@ Elevation %2°, Azimut %3°</translation>
    <translation>%1, und eine Ausgabe ersetzt nie eine Eingabe</translation>
   </message>
   <message>
-   <source>the folder holds %1, which is read, and would be replaced</source>
-   <translation>der Ordner enthält %1, das gelesen wird und ersetzt würde</translation>
-  </message>
-  <message>
    <source>it lies in %1, which is read by this command</source>
    <translation>es liegt in %1, das von diesem Befehl gelesen wird</translation>
   </message>
   <message>
    <source>Choose a place outside that folder</source>
    <translation>Einen Ort außerhalb dieses Ordners wählen</translation>
+  </message>
+  <message>
+   <source>the folder holds %1, which is read, and would be replaced</source>
+   <translation>der Ordner enthält %1, das gelesen wird und ersetzt würde</translation>
   </message>
   <message>
    <source>it is, or lies in, %1, which is another output of this command</source>
@@ -12704,8 +12704,8 @@ Elevation %2°, Azimut %3°</translation>
    <translation>%1, an denen sich Lichter nicht messen lassen; %2 sind nötig</translation>
   </message>
   <message>
-   <source>no sphere was found on which a highlight moves; mark its outline by hand</source>
-   <translation>keine Kugel gefunden, auf der sich ein Glanzlicht bewegt; ihren Umriss von Hand markieren</translation>
+   <source>no sphere was found on which a highlight moves</source>
+   <translation>es wurde keine Kugel gefunden, auf der sich ein Glanzlicht bewegt</translation>
   </message>
   <message>
    <source>Nelder-Mead</source>
@@ -12858,6 +12858,14 @@ Elevation %2°, Azimut %3°</translation>
   <message>
    <source>Give the folder of one capture</source>
    <translation>Den Ordner einer Aufnahme angeben</translation>
+  </message>
+  <message>
+   <source>is a stack already</source>
+   <translation>ist schon ein Stapel</translation>
+  </message>
+  <message>
+   <source>Make a material of it with lightarc shade or normals</source>
+   <translation>Machen Sie mit lightarc shade oder normals ein Material daraus</translation>
   </message>
   <message>
    <source>Photographs were taken from %1</source>
@@ -13134,6 +13142,14 @@ Elevation %2°, Azimut %3°</translation>
   <message>
    <source>Writing %1 of %2</source>
    <translation>%1 von %2 wird geschrieben</translation>
+  </message>
+  <message>
+   <source>the known length ends at %1,%2, outside the %3 × %4 px of the photographs</source>
+   <translation>die bekannte Länge endet bei %1,%2, außerhalb der %3 × %4 px der Fotos</translation>
+  </message>
+  <message>
+   <source>Give the points in pixels of the photographs, from the top left</source>
+   <translation>Geben Sie die Punkte in Pixeln der Fotos an, von oben links gezählt</translation>
   </message>
   <message>
    <source>the photographs were moved so far apart that no pixel is seen by all</source>

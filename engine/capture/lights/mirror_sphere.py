@@ -157,7 +157,7 @@ def _search(view: _View, white: float, first: Circle | None) -> tuple[Circle, bo
     shown = {circle: _share_with_highlight(images, circle) for circle in circles}
     most = max(shown.values(), default=0.0)
     if most < MIN_SHOWN:
-        raise UsageError("no sphere was found on which a highlight moves; mark its outline by hand")
+        raise UsageError("no sphere was found on which a highlight moves")
     circles.sort(key=lambda one: -_radial(edges, one))
     for horizon in [circle for circle in circles[:HORIZONS] if _radial(edges, circle) >= HORIZON_RADIAL]:
         over = _refine(edges, Circle(horizon.column, horizon.row, math.sqrt(2) * horizon.radius), horizon=True)

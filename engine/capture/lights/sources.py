@@ -358,6 +358,8 @@ def _look_into(place: Path, expanded: list[Path]) -> tuple[list[Path], list[Find
         if filled:
             problem = f"holds no photographs itself, but its folders {join_names(filled)} do"
             raise InputError(place, problem, "Give the folder of one capture")
+        if (place / "stack.json").is_file():
+            raise InputError(place, "is a stack already", "Make a material of it with lightarc shade or normals")
         return expanded, []
     beside = (
         [entry for entry in list_entries(place / lights) if entry.suffix.lower() in LIGHT_SUFFIXES] if lights else []

@@ -182,7 +182,7 @@ def test_no_output_meets_an_input(lightarc: Callable[..., SimpleNamespace], plac
         (("render", "sphere", "-o", "a.png/"), 3, "names a folder"),
         (("render", "sphere", "-o", "a.png/."), 3, "names a folder"),
         (("render", "sphere", "-o", ".."), 2, "must end in"),
-        (("render", "sphere", "-o", ""), 3, "is empty"),
+        (("render", "sphere", "-o", ""), 2, "is empty"),
         (("render", "sphere", "-o", "m.obj/nowhere/a.png"), 3, "m.obj is a file"),
         (("render", "sphere", "-o", "m.obj/a.png"), 3, "m.obj is a file"),
         (("render", "sphere", "-o", f"{'n' * 300}.png"), 3, "too long"),
