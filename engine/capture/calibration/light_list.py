@@ -50,6 +50,11 @@ NEAR_BETTER = 0.97
 #: turned, and above which it is not; between them, by how much more steeply the surface has to rise in cast shadows.
 TURNED, UPRIGHT, RISE = 0.9, 1.1, 0.1
 
+#: By how much more steeply it has to rise for shadows to decide against near lamps: the distance of lamps bends to
+#: explain the shadows of a thing that stands out. Of 40 generated captures 0.13 at most contradict near lamps that are
+#: right, and of such things 0.5 and more contradict lamps that are not near.
+STEEP = 0.3
+
 
 #: What is said where neither near lamps nor cast shadows tell hills from valleys.
 UNTOLD_RELIEF = (
@@ -108,7 +113,8 @@ def check_list(
         relief = ""
         if not is_clear:
             near, rise = _compare_turned(sample, directions, fits[LISTED][1], size)
-            if near < TURNED or (near < UPRIGHT and rise > RISE):
+            by_lamps = near < TURNED or (near < UPRIGHT and rise > RISE)
+            if rise > STEEP or (rise > -STEEP and by_lamps):
                 form, share, apart, is_clear = "turned", near, own[LISTED], True
             elif near < UPRIGHT and rise > -RISE:
                 relief = UNTOLD_RELIEF
@@ -119,7 +125,7 @@ def check_list(
 def _mirror(sample: Sample, directions: Array, rig: Rig, size: tuple[int, int]) -> str:
     """'mirrored-x' or 'mirrored-y', whose surfaces are each other's negative."""
     near, rise = _compare_turned(sample, change(directions, "mirrored-y"), rig, size)
-    if near > 1.0 / NEAR_BETTER or near < NEAR_BETTER:
+    if abs(rise) <= STEEP and (near > 1.0 / NEAR_BETTER or near < NEAR_BETTER):
         return "mirrored-x" if near < 1.0 else "mirrored-y"
     return "mirrored-x" if rise > 0.0 else "mirrored-y"
 
