@@ -150,6 +150,8 @@ def open_stack(
     Raises InputError where the folder is not a stack, incomplete, damaged, or made by a newer version.
     """
     place = Path(folder)
+    if place.is_file():
+        raise InputError(place, "is a file, and a stack is a folder", "Give the folder that an import has written")
     record, is_sealed = _read_record(place)
     space = record.provenance.get("working_space")
     if space is not None and space not in [known.label for known in WORKING_SPACES]:

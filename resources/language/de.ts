@@ -13676,6 +13676,14 @@ Elevation %2°, Azimut %3°</translation>
    <translation>die Azimute der Lichter sind unbekannt, und eine Datei der Lichter braucht sie</translation>
   </message>
   <message>
+   <source>is a file, and a stack is a folder</source>
+   <translation>ist eine Datei, und ein Stapel ist ein Ordner</translation>
+  </message>
+  <message>
+   <source>Give the folder that an import has written</source>
+   <translation>Geben Sie den Ordner an, den ein Import geschrieben hat</translation>
+  </message>
+  <message>
    <source>states a working space that is not known</source>
    <translation>nennt einen unbekannten Arbeitsfarbraum</translation>
   </message>
@@ -17841,6 +17849,14 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
   <message>
    <source>holds textures that are not read (%1)</source>
    <translation>enthält Texturen, die nicht gelesen werden (%1)</translation>
+  </message>
+  <message>
+   <source>is a stack, and no material</source>
+   <translation>ist ein Stapel und kein Material</translation>
+  </message>
+  <message>
+   <source>Make one of it with lightarc shade</source>
+   <translation>Machen Sie mit lightarc shade eines daraus</translation>
   </message>
   <message>
    <source>holds no textures of a material: by their names these are %1 alone</source>

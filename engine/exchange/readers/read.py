@@ -164,6 +164,8 @@ def refuse_by_name(path: Path) -> None:
         packed = sorted(each.name for each in path.iterdir() if each.suffix.lower() in _PACKED)
         if packed:
             raise InputError(path, f"holds textures that are not read ({packed[0][:40]!r})", _UNPACKED)
+        if (path / "stack.json").is_file():
+            raise InputError(path, "is a stack, and no material", "Make one of it with lightarc shade")
         named = textures_in(path)
         if named and not (path / "manifest.json").is_file():
             text = " and ".join(kind.replace("_", " ") for kind in list(named)[:4])
