@@ -74,15 +74,16 @@ class OnceParser(argparse.ArgumentParser):
     def _get_value(self, action: argparse.Action, text: str) -> Any:
         """Say of a value that is none what it should be, where its type has no message of its own: argparse would name
         the function that reads it."""
-        if action.type is None:
+        kind = action.type
+        if not callable(kind):
             return super()._get_value(action, text)
         try:
-            return action.type(text)
+            return kind(text)
         except argparse.ArgumentTypeError as error:
             raise argparse.ArgumentError(action, str(error)) from None
         except (TypeError, ValueError):
             form = action.metavar if isinstance(action.metavar, str) else action.dest.upper()
-            noun = {int: "no whole number", float: "no number"}.get(action.type, f"not {form}")
+            noun = "no whole number" if kind is int else "no number" if kind is float else f"not {form}"
             raise argparse.ArgumentError(action, f"{text[:_LONGEST]!r} is {noun}") from None
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:

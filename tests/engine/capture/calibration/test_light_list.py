@@ -15,7 +15,7 @@ from tests.engine.capture.calibration.generated import LISTS, Capture, dome, fin
 
 
 def _clipped(photographs: Iterable[np.ndarray]) -> list[np.ndarray]:
-    return [(each >= 0.99).any(axis=-1).astype(np.float32) for each in photographs]
+    return [np.any(each >= 0.99, axis=-1).astype(np.float32) for each in photographs]
 
 
 def test_forms_of_a_list_of_three_lights() -> None:
