@@ -89,8 +89,10 @@ def fidelity(stack: ImageStack, used: NDArray[np.int64], shading_map: ShadingMap
     wanted = np.empty_like(radiance)
     for place in range(len(used)):  # one by one, since encoding takes several copies
         wanted[place] = _codes(radiance[place])
-    slices = np.ascontiguousarray(shading_map.slices[:, rows, columns])
-    release(shading_map.slices)
+    slices = np.empty((len(shading_map.slices), *wanted.shape[1:]), np.float32)
+    for image, some in zip(shading_map.slices, slices, strict=True):
+        some[...] = image[rows, columns]
+        release(shading_map.slices)  # the system maps pages around those that are read
     sampled = replace(shading_map, slices=slices, clipped=None)
     order = np.argsort(means, kind="stable")
     mean = wanted.mean(axis=0, dtype=np.float64)

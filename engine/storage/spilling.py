@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 LARGE_PART, MIN_BYTES, IN_MEMORY_PART = 1 / 256, 1 << 20, 0.6
 
 #: Part of the limit from which pages are given back, and how often the process is looked at, in s.
-RELEASE_PART, LOOK_S = 0.8, 0.05
+RELEASE_PART, LOOK_S = 0.8, 0.02
 
 #: Large arrays at a time, and what is noted of each: address, bytes, and 1 for a file. The first row notes the bytes
 #: that large arrays may still take in memory, and size and cause of the last that the disk had no room for; the second
