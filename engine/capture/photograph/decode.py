@@ -330,14 +330,18 @@ def decode_exposure(content: bytes, name: str) -> dict[str, Any]:
 PATIENCE_S = 0.05
 
 
-#: Bytes that a pixel of a photograph takes while it is worked on, and while it is decoded; and the part of the memory
-#: that is free which photographs may take.
+#: Bytes of memory that a pixel of a photograph takes while it is worked on, and while it is decoded; the same where
+#: arrays lie on the disk; and the part of the memory that is free which photographs may take.
 WORKED_ON_BYTES, DECODED_BYTES, OF_FREE = 16, 32, 0.5
+WORKED_ON_DISK_BYTES, DECODED_ON_DISK_BYTES = 4, 12
 
 
 def count_at_once(pixels: int, free_bytes: int) -> int:
     """Photographs of so many pixels that are decoded at once while one is worked on; 1 where none is meanwhile."""
-    room = int((OF_FREE * free_bytes / max(pixels, 1) - WORKED_ON_BYTES) // DECODED_BYTES)
+    worked_on, decoded = WORKED_ON_BYTES, DECODED_BYTES
+    if folder_of_results() is not None:
+        worked_on, decoded = WORKED_ON_DISK_BYTES, DECODED_ON_DISK_BYTES
+    room = int((OF_FREE * free_bytes / max(pixels, 1) - worked_on) // decoded)
     return max(1, min(room, CHILDREN, max(2, thread_count())))
 
 

@@ -13,6 +13,7 @@ import engine.capture.import_stack as module
 from engine.capture.import_plan import ImportSettings
 from engine.capture.import_stack import import_stack
 from engine.capture.lights.sources import find
+from engine.capture.photograph import decode
 from engine.capture.photograph.calibrate import near_lamp_gain
 from engine.capture.waiting import CodedPixels
 from engine.core.steps import drain
@@ -122,6 +123,17 @@ def test_photographs_have_the_same_bits_while_memory_is_limited(tmp_path: Path, 
         plain.credits,
     )
     assert np.array_equal(halved.radiance, halve_image(plain.radiance, plain.saturated)[0])
+
+
+def test_more_photographs_are_decoded_at_once_where_their_arrays_lie_on_the_disk(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(decode, "CHILDREN", 8)
+    monkeypatch.setattr(decode, "thread_count", lambda: 8)
+    assert decode.count_at_once(24_000_000, 4 << 30) == 2
+    with keep_in_memory(0):
+        assert decode.count_at_once(24_000_000, 4 << 30) == 7
+        assert decode.count_at_once(150_000_000, 4 << 30) == 1
 
 
 def test_codes_that_wait_keep_nothing_else_in_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
