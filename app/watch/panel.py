@@ -251,6 +251,8 @@ class WatchDialog(QDialog):
         self.job.succeeded.connect(self._on_ended)
         self.job.failed.connect(lambda error: self.words.setText(escape_controls(str(error))))
         self.job.cancelled.connect(lambda: self.words.setText("Cancelled; the photographs stay in their folder"))
+        for ended in (self.job.failed, self.job.cancelled):
+            ended.connect(lambda *_: self.forget())
         for ended in (self.job.succeeded, self.job.failed, self.job.cancelled):
             ended.connect(lambda *_: self._refresh())
         self._refresh()

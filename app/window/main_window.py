@@ -642,6 +642,8 @@ class MainWindow(QMainWindow):
         self.projects.write()
         self.closes.emit()
         self.bench.jobs.close()
+        if self._watch is not None:
+            self._watch.forget()
         self.projects.finish()
         self.docks.log.disconnect_log()
         self.doings.close()

@@ -106,6 +106,7 @@ def test_a_capture_is_finished_early_or_cancelled(dialog: WatchDialog, qtbot: An
     qtbot.waitUntil(lambda: not dialog.is_running, timeout=60_000)
     assert ended == []
     assert dialog.words.text() == "Cancelled; the photographs stay in their folder"
+    assert (dialog.decoded, dialog.ahead) == (None, None)
     dialog.begin()
     qtbot.waitUntil(lambda: dialog.finish.isEnabled(), timeout=60_000)
     dialog.finish.click()
