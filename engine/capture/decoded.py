@@ -23,6 +23,8 @@ from numpy.typing import NDArray
 
 from engine.capture.noted import Noted, note
 from engine.capture.photograph.decode import OPTIONS, Photograph, add_supply, drop_supply
+from engine.capture.photograph.exposures import Noted as NotedExposure
+from engine.capture.photograph.exposures import read_noted_exposure
 from engine.capture.tally import Tally
 from engine.capture.waiting import Pixels
 from engine.core.errors import OutputError
@@ -49,6 +51,7 @@ class Kept:
     photograph : without its pixels. width, height : of it.
     pixels : codes or pixels, None where there was no room for them.
     noted : what was noted of the pixels.
+    exposure : what the camera noted of it.
     clipped, black : shares of its pixels at the white level, and below `engine.capture.report.BLACK`.
     mean_radiance : its mean luminance.
     """
@@ -58,6 +61,7 @@ class Kept:
     height: int
     pixels: Coded | Pixels | None
     noted: Noted
+    exposure: NotedExposure
     clipped: float
     black: float
     mean_radiance: float
@@ -94,8 +98,8 @@ class Decoded:
         bare = replace(photograph, radiance=nothing, saturated=nothing[..., 0] > 0, coded=None)
         height, width = saturated.shape
         shares = tally.clipped / count, tally.black / count
-        noted = note(radiance, saturated)
-        kept = Kept(bare, width, height, pixels, noted, *shares, tally.mean_radiance(count))
+        noted, exposure = note(radiance, saturated), read_noted_exposure(photograph.path)
+        kept = Kept(bare, width, height, pixels, noted, exposure, *shares, tally.mean_radiance(count))
         with self._lock:
             self._kept[mark] = kept
         return kept
@@ -105,13 +109,15 @@ class Decoded:
         with self._lock:
             self._kept.pop(mark, None)
 
+    def find_file(self, path: Path) -> Kept | None:
+        """The photograph at `path`, with whatever options it was decoded; None where that was not done."""
+        mark = mark_of(path) if self._kept else None
+        with self._lock:
+            return self._kept.get(mark) if mark is not None else None
+
     def find(self, path: Path, options: Mapping[str, Any]) -> Kept | None:
         """The photograph at `path` as it is decoded with `options`; None where that was not done, or it has changed."""
-        if not self._kept:
-            return None
-        mark, asked, known = mark_of(path), _complete(options), self._complete
-        with self._lock:
-            kept = self._kept.get(mark) if mark is not None else None
+        kept, asked, known = self.find_file(path), _complete(options), self._complete
         if kept is not None and kept.photograph.container != "RAW":  # whose white balance the decoder sees to
             asked = {**asked, "white_balance": known["white_balance"]}
         return None if kept is None or asked != known else replace(kept, photograph=replace(kept.photograph, path=path))
@@ -162,6 +168,12 @@ _open: list[Decoded] = []
 def find_kept(path: Path, options: Mapping[str, Any]) -> Kept | None:
     """The photograph at `path`, decoded before with these options of `read_photograph`; None where it was not."""
     return next((kept for each in tuple(_open) if (kept := each.find(path, options)) is not None), None)
+
+
+def note_exposure(path: Path) -> NotedExposure:
+    """The exposure that the camera noted in the photograph at `path`, which is read unless that was done before."""
+    kept = next((kept for each in tuple(_open) if (kept := each.find_file(path)) is not None), None)
+    return read_noted_exposure(path) if kept is None else kept.exposure
 
 
 def _complete(options: Mapping[str, Any]) -> dict[str, Any]:

@@ -25,6 +25,7 @@ from engine.capture.chart.file import as_json as chart_json
 from engine.capture.chart.file import read_chart
 from engine.capture.chart.file import text_of as chart_text
 from engine.capture.chart.find import Chart, find_chart
+from engine.capture.decoded import note_exposure
 from engine.capture.gamut import CHOICES, SpaceChoice
 from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread, usual_motion
 from engine.capture.lights.file_names import join_names, natural, printable, stem_of
@@ -38,7 +39,7 @@ from engine.capture.lights.uncalibrated import estimate_lights
 from engine.capture.object_outline import ObjectOutline
 from engine.capture.photograph.calibration import Calibration, measure_level, read_calibration
 from engine.capture.photograph.decode import Photograph, Unreadable, WhiteBalance, read_photograph
-from engine.capture.photograph.exposures import Exposure, Noted, Scale, exposure_scale, read_noted_exposure
+from engine.capture.photograph.exposures import Exposure, Noted, Scale, exposure_scale
 from engine.capture.photograph.grey_patch import GreyPatch, balance_of
 from engine.capture.photograph.lens import Lens, measure_lens, read_lens
 from engine.capture.registration.framing import Corners, Framing
@@ -618,7 +619,7 @@ def _note(sources: Sources) -> Steps[dict[Path, Noted]]:
     for index, path in enumerate(paths):
         yield Step(index / len(paths), "Reading exposures")
         try:
-            noted[path] = read_noted_exposure(path)
+            noted[path] = note_exposure(path)
         except InputError as error:
             raise Unreadable(error.path, error.problem, error.remedy) from None
     return noted

@@ -63,6 +63,7 @@ def test_an_import_takes_what_is_decoded_and_gives_the_same_bits(
         expected = _import(folder, SETTINGS[kind], tmp_path / "expected")
         other.undo()
         patch.setattr(decoding, "Decoding", None)  # which nobody may ask
+        patch.setattr("engine.capture.decoded.read_noted_exposure", None)
         assert _import(folder, SETTINGS[kind], tmp_path / "found") == expected
 
 
