@@ -69,7 +69,7 @@ def watch(folder: Path) -> Steps[list[Accuracy]]:
     results = []
     limits_s = {"direct": LIMIT_S, "calibrated": LIMIT_S, "verdict": VERDICT_LIMIT_S, "material": None, "again": None}
     said = {
-        "direct": "the stack of a calibrated rig after the last photograph",
+        "direct": "the stack of a known rig after the last photograph",
         "calibrated": "the stack of a rig that is estimated after the last photograph",
         "verdict": "the verdict on the last photograph",
         "material": "the material of a stack",
