@@ -70,6 +70,9 @@ INSTEAD = {
 #: (`engine.geometry.backs`).
 BACKS = "backs"
 
+#: Faces of a part whose gaps are closed, but for STL, whose faces share no vertices: of more it takes long.
+MAX_CLOSED = 1 << 19
+
 #: Seconds that reading may take.
 LIMIT_S = 600.0
 
@@ -271,7 +274,9 @@ def decode_mesh(
         found = read(content, name, **({"beside": beside} if beside else {}))
     parts, too_few = (found, 0) if isinstance(found, list) else _cut(found)
     moved = 0
-    for part in parts if kind.startswith("stl") else ():
+    for part in parts:
+        if not kind.startswith("stl") and len(part["faces"]) > MAX_CLOSED:
+            continue
         part["positions"], count = without_gaps(part["positions"], part["faces"])
         moved += count
     if not any(len(part["faces"]) for part in parts):

@@ -1,4 +1,6 @@
-"""Close the gaps that rounding leaves in meshes whose faces share no vertices, as those of STL files.
+"""Close the gaps that rounding leaves in meshes where faces share no vertices.
+
+These are all faces of STL files, and seams of texture coordinates whose sides a program has computed apart.
 
 Points of open edges that differ by less than `GAP` of the size of the mesh become one, the first of them. No face loses
 its area by that: where two corners of one face are as near, all points there stay. Points fall into one where they

@@ -304,6 +304,21 @@ def soup_of(triangles: np.ndarray) -> bytes:
     return content
 
 
+def test_a_seam_whose_sides_differ_by_rounding_is_closed(tmp_path: Path) -> None:
+    """The sine of a full turn is no 0, so that the seam of a sphere was open, lit from both sides and creased."""
+    around, down = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, 17), np.linspace(0.0, np.pi, 9))
+    points = np.stack([np.sin(down) * np.cos(around), np.sin(down) * np.sin(around), np.cos(down)], axis=-1)
+    at = np.arange(points[..., 0].size).reshape(9, 17)
+    corners = [at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, :-1], at[1:, 1:], at[:-1, 1:]]
+    faces = np.stack(corners, axis=-1).reshape(-1, 3)
+    sphere = trimesh.Trimesh(points.reshape(-1, 3), faces, process=False)
+    sphere.update_faces(sphere.area_faces > 1e-6)
+    for ending in ("ply", "glb"):
+        found = read(tmp_path, f"a.{ending}", sphere.export(file_type=ending))
+        assert found.topology.closed
+        assert not found.health.warnings
+
+
 @pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
 def test_an_stl_whose_corners_differ_by_rounding_is_closed(tmp_path: Path, size: float) -> None:
     """Each face has corners of its own, off by 1e-7 of the size; what is off by 1e-5 is apart."""
