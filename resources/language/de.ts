@@ -9393,12 +9393,12 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Das Paket noch einmal anfordern</translation>
   </message>
   <message>
-   <source>has no member %1</source>
-   <translation>hat keinen Teil %1</translation>
-  </message>
-  <message>
    <source>%1 has %2 bytes, more than %3</source>
    <translation>%1 hat %2 Bytes, mehr als %3</translation>
+  </message>
+  <message>
+   <source>has no member %1</source>
+   <translation>hat keinen Teil %1</translation>
   </message>
   <message>
    <source>Export the bundle again</source>
@@ -9467,6 +9467,10 @@ Elevation %2°, Azimut %3°</translation>
   <message>
    <source>%1 in it is damaged (its size is not the declared one)</source>
    <translation>%1 darin ist beschädigt (die Größe ist nicht die angegebene)</translation>
+  </message>
+  <message>
+   <source>Ask for it again from where it came</source>
+   <translation>Fordern Sie die Datei dort neu an, woher sie kam</translation>
   </message>
   <message>
    <source>is a damaged zip archive (%1)</source>
@@ -17100,16 +17104,16 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
    <translation>Auf einem Rechner mit mehr Speicher öffnen oder das Material verkleinern</translation>
   </message>
   <message>
-   <source>%1 is not in the manifest</source>
-   <translation>%1 steht nicht im Manifest</translation>
-  </message>
-  <message>
    <source>%1 is not as it was written</source>
    <translation>%1 ist nicht, wie es geschrieben wurde</translation>
   </message>
   <message>
    <source>Ask for the bundle again</source>
    <translation>Das Paket noch einmal anfordern</translation>
+  </message>
+  <message>
+   <source>%1 is not in the manifest</source>
+   <translation>%1 steht nicht im Manifest</translation>
   </message>
   <message>
    <source>has %1 x %2 pixels where the manifest says %3 x %4</source>
