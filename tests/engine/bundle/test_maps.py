@@ -21,6 +21,7 @@ from engine.shading.mixed import keep_tiles
 from engine.shading.power_law import PowerLawMap, fit
 from engine.shading.quantise import quantise
 from engine.shading.shading_map import ShadingMap
+from engine.storage.scratch import keep_in_memory
 from tests.engine.bundle.test_bundle import assert_same, forge, members_of, save
 
 HEIGHT, WIDTH, SLICES = 21, 35, 4
@@ -45,6 +46,8 @@ def test_every_form_comes_back_bit_for_bit(tmp_path: Path, bits: int, bound: flo
     path = save(tmp_path / name, Material(None, law))
     restored = open_bundle(path)
     assert_same(restored, Material(None, law))
+    with keep_in_memory(0):
+        assert_same(open_bundle(path), Material(None, law))
     assert verify_bundle(path).problems == ()
     assert restored.power_law is not None
     assert np.array_equal(restored.power_law.lookup(3.2, 16.01, 0.3), law.lookup(3.2, 16.01, 0.3))

@@ -16,7 +16,7 @@ from engine.core.steps import drain
 from engine.scene.material import Material
 from engine.shading.power_law import fit
 from engine.shading.shading_map import ShadingMap, target_radiance
-from engine.storage.scratch import scratch_array
+from engine.storage.scratch import keep_in_memory, scratch_array
 
 HEIGHT, WIDTH, SLICES = 1920, 240, 6
 
@@ -70,3 +70,5 @@ def test_a_bundle_that_memory_cannot_hold_is_refused_in_words(
     monkeypatch.setattr(psutil, "virtual_memory", lambda: free)
     with pytest.raises(InputError, match=r"of memory, and 1.* are free"):
         open_bundle(path)
+    with keep_in_memory(0):  # where maps lie on the disk
+        assert open_bundle(path).shading_map is not None
