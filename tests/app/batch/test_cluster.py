@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -16,41 +14,28 @@ from app.batch.record import open_record
 from app.batch.run import Settings, make_batch
 from engine.core.errors import InputError
 from engine.core.steps import drain
+from tests.engine.core.certificate import can_make_certificates, make_certificate
 
 distributed = pytest.importorskip("distributed")
 dask = pytest.importorskip("dask")
 
 pytestmark = pytest.mark.skipif(
-    os.name == "nt" or shutil.which("openssl") is None,
+    os.name == "nt" or not can_make_certificates(),
     reason="no openssl makes a certificate, or no SIGKILL ends workers",
 )
 
 FAST = "tests.app.batch.fast:make"
 
 
-@pytest.fixture
-def certificate(tmp_path: Path) -> dict[str, str]:
-    """Names of Dask's settings for one certificate that signs itself, of all sides."""
-    key, cert = tmp_path / "key.pem", tmp_path / "cert.pem"
-    words = ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes"]
-    words += ["-days", "2", "-subj", "/CN=localhost", "-keyout", os.fspath(key), "-out", os.fspath(cert)]
-    subprocess.run(words, check=True, capture_output=True)
-    sides = {
-        f"distributed.comm.tls.{side}.{kind}" for side in ("client", "worker", "scheduler") for kind in ("key", "cert")
-    }
-    named = {name: os.fspath(key if name.endswith("key") else cert) for name in sides}
-    return {**named, "distributed.comm.tls.ca-file": os.fspath(cert)}
-
-
 @pytest.mark.long
-def test_a_killed_worker_costs_no_capture(certificate: dict[str, str], tmp_path: Path) -> None:
+def test_a_killed_worker_costs_no_capture(tmp_path: Path) -> None:
     source, output = tmp_path / "source", tmp_path / "results"
     output.mkdir()
     for name in ("one", "two", "three", "four", "refuse"):
         (source / name).mkdir(parents=True)
         (source / name / "a.png").write_bytes(name.encode())
     with (
-        dask.config.set(certificate),
+        dask.config.set(make_certificate(tmp_path)),
         distributed.LocalCluster(
             n_workers=2,
             threads_per_worker=1,

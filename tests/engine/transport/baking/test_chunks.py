@@ -18,7 +18,7 @@ from engine.brdf.brdf import brdf_from_text
 from engine.core.budget import thread_count
 from engine.core.cluster import measure_cluster
 from engine.core.errors import InputError, MissingCapability
-from engine.core.steps import drain
+from engine.core.steps import Steps, drain
 from engine.geometry.ground import Ground
 from engine.geometry.shapes import open_mesh
 from engine.light.cube_map import cube_of
@@ -29,21 +29,27 @@ from engine.transport.gaussian import bake as gaussian_bake
 from engine.transport.sh import bake as sh_bake
 from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.bake import BakeSettings, Work, bake, factors_for, prepare
+from tests.engine.core.certificate import can_make_certificates, make_certificate
 from tests.engine.transport.gaussian.gaussian_lobes import icosphere
 
 distributed = pytest.importorskip("distributed")
+dask = pytest.importorskip("dask")
 
 
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    """Two workers, each a process of its own, that find MAKERS."""
+    """Two workers, each a process of its own, that find MAKERS; by TLS where there is a certificate."""
     folder = tmp_path_factory.mktemp("makers")
     (folder / "makers.py").write_text(MAKERS)
     sys.path.insert(0, str(folder))
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
-    ) as found:
-        yield found
+    words: dict[str, Any] = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
+    settings = make_certificate(folder) if can_make_certificates() else {}
+    with dask.config.set(settings):
+        if settings:
+            words |= {"protocol": "tls://", "security": distributed.Security(require_encryption=True)}
+        with distributed.LocalCluster(silence_logs=50, **words) as found:
+            assert found.scheduler_address.startswith("tls://" if settings else "tcp://")
+            yield found
     sys.path.remove(str(folder))
 
 
@@ -75,8 +81,9 @@ def test_a_cluster_bakes_the_same_file_and_a_killed_worker_costs_no_more_than_it
     assert len(list(tmp_path.iterdir())) == 2
 
 
+@pytest.mark.parametrize("kills", [0, pytest.param(3, marks=pytest.mark.long)])
 def test_a_cluster_bakes_the_same_harmonics_and_the_light_between_parts(
-    cluster: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    cluster: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, kills: int
 ) -> None:
     monkeypatch.setattr(sh_bake, "CHUNK_VALUES", 200 * 6 * 8 * 8)
     monkeypatch.setattr("engine.transport.sh.brdf_table.SAMPLES", 256)
@@ -86,7 +93,7 @@ def test_a_cluster_bakes_the_same_harmonics_and_the_light_between_parts(
     asked = drain(sh_bake.prepare(open_mesh("plane"), brdf_from_text("phong:exponent=5"), settings, ground))
     assert asked.plan.chunks > 2
     drain(sh_bake.bake(here, asked))
-    drain(sh_bake.bake(there, asked, cluster=cluster.scheduler_address))
+    bake_and_kill(sh_bake.bake(there, asked, cluster=cluster.scheduler_address), cluster, kills)
     assert there.read_bytes() == here.read_bytes()
 
 
@@ -103,17 +110,23 @@ def test_a_cluster_bakes_the_same_gaussians_whenever_workers_are_killed(
     work = drain(gaussian_bake.prepare(mesh, brdf, settings, ground, (), studio, probes=2))
     assert len(work.parts) > 4
     drain(gaussian_bake.bake(here, work))
-    work, random = replace(work, kept=tmp_path / "seen"), np.random.default_rng(1)
+    work = replace(work, kept=tmp_path / "seen")
+    bake_and_kill(gaussian_bake.bake(there, work, cluster.scheduler_address), cluster, kills)
+    assert there.read_bytes() == here.read_bytes()
+    assert settings.indirect or not gaussian_bake.casts_rays(work), "what the workers saw is kept"
+
+
+def bake_and_kill(steps: Steps[Any], cluster: Any, kills: int) -> None:
+    """Go through a bake and kill a random worker at so many random places of it."""
+    random = np.random.default_rng(1)
     due = sorted(random.random(kills).tolist())
-    for step in gaussian_bake.bake(there, work, cluster.scheduler_address):
+    for step in steps:
         if due and step.done >= due[0]:
             alive = [each.process.pid for each in cluster.workers.values() if each.process and each.process.pid]
             if alive:
                 os.kill(int(random.choice(alive)), signal.SIGKILL)
                 due.pop(0)
     assert not due
-    assert there.read_bytes() == here.read_bytes()
-    assert settings.indirect or not gaussian_bake.casts_rays(work), "what the workers saw is kept"
 
 
 def test_threads_of_a_machine_are_shared_by_its_workers_and_the_connection_is_measured(cluster: Any) -> None:
