@@ -145,28 +145,65 @@ class ScratchFiles(Mapping[str, bytes]):
     """
 
     def __init__(self) -> None:
-        self._folder = temporary_folder()
-        self._file = tempfile.SpooledTemporaryFile(IN_MEMORY_BYTES, dir=str(self._folder))  # noqa: SIM115 - ends with this
+        self._contents = _Contents()
         self._places: dict[str, tuple[int, int]] = {}
 
     def put(self, name: str, content: bytes) -> None:
         """Add a content, or put it in the place of another of its name."""
-        try:
-            self._places[name] = self._file.seek(0, os.SEEK_END), len(content)
-            self._file.write(content)
-        except OSError as error:
-            raise explain_no_room(self._folder, len(content), error) from None
+        self._places[name] = self._contents.append(content), len(content)
 
     def __getitem__(self, name: str) -> bytes:
-        start, size_bytes = self._places[name]
-        self._file.seek(start)
-        return self._file.read(size_bytes)
+        return self._contents.read(*self._places[name])
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._places)
 
     def __len__(self) -> int:
         return len(self._places)
+
+
+class ScratchRows(Mapping[int, bytes]):
+    """The same by numbers below `count`: 16 bytes for each beside its content, of which there may be millions."""
+
+    def __init__(self, count: int) -> None:
+        self._contents = _Contents()
+        self._start, self._size = np.zeros(count, np.int64), np.full(count, -1, np.int64)
+
+    def put(self, number: int, content: bytes) -> None:
+        """Add a content, or put it in the place of another of its number."""
+        self._start[number], self._size[number] = self._contents.append(content), len(content)
+
+    def __getitem__(self, number: int) -> bytes:
+        if not 0 <= number < len(self._size) or self._size[number] < 0:
+            raise KeyError(number)
+        return self._contents.read(int(self._start[number]), int(self._size[number]))
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(np.flatnonzero(self._size >= 0).tolist())
+
+    def __len__(self) -> int:
+        return int(np.count_nonzero(self._size >= 0))
+
+
+class _Contents:
+    """Bytes one after the other."""
+
+    def __init__(self) -> None:
+        self._folder = temporary_folder()
+        self._file = tempfile.SpooledTemporaryFile(max(IN_MEMORY_BYTES, 1), dir=str(self._folder))  # noqa: SIM115 - ends with this
+
+    def append(self, content: bytes) -> int:
+        """The place of a content that is added."""
+        try:
+            start = self._file.seek(0, os.SEEK_END)
+            self._file.write(content)
+        except OSError as error:
+            raise explain_no_room(self._folder, len(content), error) from None
+        return start
+
+    def read(self, start: int, size_bytes: int) -> bytes:
+        self._file.seek(start)
+        return self._file.read(size_bytes)
 
 
 def _size_bytes(shape: tuple[int, ...], dtype: DTypeLike) -> int:

@@ -1,6 +1,7 @@
-"""Visibility of the vertices of a bake in memory, compressed one by one, for work that asks in an order of its own.
+"""Visibility of the vertices of a bake at hand, compressed one by one, for work that asks in an order of its own.
 
-A vertex takes some 0.5 kB of 6 × 64² counts; it is written in 0.1 ms of a core and read in 0.02.
+A vertex takes some 0.5 kB of 6 × 64² counts, in memory or, of large models, in an unnamed file; it is written in 0.1 ms
+of a core and read in 0.02.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from engine.core.figure_text import count_text
 from engine.core.steps import Step, Steps
+from engine.storage.scratch import ScratchRows
 from engine.transport.baking.visibility import Receivers, visibility_shares
 from engine.transport.baking.visibility_record import VisibilityRecord, blocks, pack_block
 
@@ -71,10 +73,10 @@ def merge_texels(counts: NDArray[np.uint8], edge: int) -> NDArray[np.uint8]:
 
 def hold_visibility(of: Receivers, edge: int, fine: int, vertices: Indices | None = None) -> Steps[HeldVisibility]:
     """Find the visibility of `vertices` in rising order, all by default, from the record of `of` or by rays."""
-    asked, packed = np.arange(len(of)) if vertices is None else vertices, dict[int, bytes]()
+    asked, packed = np.arange(len(of)) if vertices is None else vertices, ScratchRows(len(of))
     for start in range(0, len(asked), CHUNK):
         for chunk, counts in visibility_shares(of, edge, fine, asked[start : start + CHUNK]):
-            packed.update(zip(chunk.tolist(), pack_rows(counts), strict=True))
+            _put(packed, chunk, pack_rows(counts))
         done = min(start + CHUNK, len(asked))
         yield Step(done / len(asked), f"visibility of vertex {count_text(done)} of {count_text(len(asked))}")
     return HeldVisibility(edge, fine, packed)
@@ -85,7 +87,7 @@ def gather_visibility(of: Receivers, edge: int, fine: int, look: Look) -> Steps[
 
     Blocks are small enough to be found elsewhere (`engine.transport.baking.chunks`).
     """
-    parts, packed, done = blocks(of, edge), dict[int, bytes](), 0
+    parts, packed, done = blocks(of, edge), ScratchRows(len(of)), 0
     record = of.record if isinstance(of.record, VisibilityRecord) else None
     missing = list(range(len(parts))) if record is None else record.missing(of, edge, fine)
 
@@ -96,15 +98,20 @@ def gather_visibility(of: Receivers, edge: int, fine: int, look: Look) -> Steps[
 
     for number in sorted(set(range(len(parts))) - set(missing)):
         for chunk, counts in visibility_shares(of, edge, fine, parts[number]):
-            packed.update(zip(chunk.tolist(), pack_rows(counts), strict=True))
+            _put(packed, chunk, pack_rows(counts))
         yield step(number)
     with closing(look((number, parts[number], record is not None) for number in missing)) as found:
         for number, rows, block in found:
-            packed.update(zip(parts[number].tolist(), rows, strict=True))
+            _put(packed, parts[number], rows)
             if record is not None:
                 record.put(edge, fine, number, block)
             yield step(number)
     return HeldVisibility(edge, fine, packed)
+
+
+def _put(packed: ScratchRows, vertices: Indices, rows: list[bytes]) -> None:
+    for vertex, row in zip(vertices.tolist(), rows, strict=True):
+        packed.put(vertex, row)
 
 
 def look_at(of: Receivers, edge: int, fine: int, asked: Asked) -> Seen:

@@ -45,6 +45,7 @@ from engine.geometry.ray_caster import RayCaster
 from engine.light.cube_map import CubeMap, cube_of
 from engine.light.environment_file import open_environment
 from engine.storage.resumable import resumable_file
+from engine.storage.scratch import scratch_array
 from engine.transport.baking.chunks import Recipe, Remote, Run, each_of, open_workers
 from engine.transport.baking.file import (
     TransportFile,
@@ -76,7 +77,7 @@ from engine.transport.gaussian.fitting.fit import (
     fit_pieces,
     fit_vertices,
 )
-from engine.transport.gaussian.fitting.flood_fill import flood
+from engine.transport.gaussian.fitting.flood_fill import Flood, flood
 from engine.transport.gaussian.fitting.lobes import Lobes
 from engine.transport.gaussian.fitting.views import VIEWS
 from engine.transport.gaussian.indirect import indirect_samples
@@ -183,9 +184,14 @@ class Work:
         return len(self.model.mesh.positions)
 
     @cached_property
+    def order(self) -> Flood:
+        """The vertices of the model in the order in which they are fitted."""
+        return flood(self.surface, self.model.ground_vertex)
+
+    @cached_property
     def parts(self) -> tuple[Indices, ...]:
-        """The vertices of the model in blocks, in the order in which they are fitted."""
-        return blocks(flood(self.surface, self.model.ground_vertex))
+        """The same in blocks."""
+        return blocks(self.order)
 
 
 @dataclass(frozen=True, eq=False)
@@ -298,7 +304,7 @@ def _size_bytes(model: GlossySurface, settings: BakeSettings, tried: Sequence[Lo
     """Bytes of the file, by one with all arrays at their size; those of compressed lobes scaled from `tried`."""
     count, channels = model.ground_vertex, 1 if model.is_uniform and not settings.indirect else 3
     arrays: dict[str, NDArray[Any]] = {
-        "matt": np.broadcast_to(np.float32(0), (len(model.mesh.positions), channels, settings.order**2))
+        "matt": np.zeros((len(model.mesh.positions), channels, settings.order**2), np.float32)
     }
     for component, lobes in zip(settings.components, tried, strict=True):
         for name, array in _store(lobes, settings.compress).items():
@@ -466,10 +472,9 @@ class _Filling:
         work, started = self._work, time.perf_counter()
         first = work.settings.components.index(component) * len(work.parts)
         steps = fit_pieces(
-            work.surface,
+            work.order,
             partial(self._run_pieces, component),
             work.settings.fit,
-            count=work.model.ground_vertex,
             known=lambda index: None if first + index in self.missing else self._known(first + index),
         )
         fresh = 0
@@ -563,7 +568,7 @@ def _diffuse_rows(work: Work, seen: HeldVisibility, run: Run, cluster: str | Non
 def _gather_rows(diffuse: DiffuseTransfer, seen: HeldVisibility, run: Run) -> Steps[NDArray[np.float32]]:
     """The same by the tasks of `run`."""
     count, done = len(diffuse.surface.mesh.positions), 0
-    rows = np.empty((count, diffuse.channels, diffuse.order**2), np.float32)
+    rows = scratch_array((count, diffuse.channels, diffuse.order**2), np.float32)
     parts = (np.arange(start, min(start + CHUNK, count)) for start in range(0, count, CHUNK))
     with closing(each_of(run, (("rows", (some, seen.choose(some))) for some in parts))) as found:
         for vertices, values in found:
@@ -576,14 +581,18 @@ def figures_of(work: Work, fits: Sequence[Fit]) -> dict[str, float]:
     """Figures of the fit: distances relative to the transport, pairs of vertex and view alike, energy and flips."""
     figures: dict[str, float] = {}
     for component, weights, fitted in zip(work.settings.components, work.weights, fits, strict=True):
-        lit = fitted.norm > 0.0
-        error = (fitted.error_rel if weights == "plain" else fitted.preserving_error_rel)[lit]
+        error = fitted.choose_lit(fitted.error_rel if weights == "plain" else fitted.preserving_error_rel)
+        mean, plain = (
+            float(each.mean()) if each.size else 0.0 for each in (error, fitted.choose_lit(fitted.error_rel))
+        )
         energy = float(fitted.energy.sum(dtype=np.float64))
         kept = sum(float(each.sum()) for _, each in fitted.energies())
         figures |= {
-            f"{component}_error_rel_mean": float(error.mean()) if error.size else 0.0,
-            f"{component}_error_rel_worst": float(np.percentile(error, WORST)) if error.size else 0.0,
-            f"{component}_plain_error_rel_mean": float(fitted.error_rel[lit].mean()) if error.size else 0.0,
+            f"{component}_error_rel_mean": mean,
+            f"{component}_error_rel_worst": float(np.percentile(error, WORST, overwrite_input=True))
+            if error.size
+            else 0.0,
+            f"{component}_plain_error_rel_mean": plain,
             f"{component}_plain_energy_lost_rel": 1.0 - kept / energy if energy > 0.0 else 0.0,
             **{f"{component}_{name}": float(value) for name, value in fitted.health.figures.items()},
         }

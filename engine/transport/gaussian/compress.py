@@ -17,7 +17,7 @@ by memory: some 0.1 µs a lobe.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ from scipy.spatial import cKDTree
 
 from engine.core.kernels import parallel, prange
 from engine.light.gaussian_prefilter import gaussian_integral
+from engine.storage.scratch import scratch_array
 from engine.transport.gaussian.fitting.lobes import NARROWEST, WIDEST_LOBE, Lobes
 from engine.transport.gaussian.fitting.views import VIEWS, view_directions, view_neighbours
 
@@ -44,30 +45,39 @@ TRAINED, ROUNDS = 60_000, 12
 #: Arrays that lobes are stored as.
 NAMES = ("lit", "mean", "sigma", "energy", "book")
 
-#: Lengths of means may be off by this; vertices whose means are checked at once.
-UNIT, ROWS = 1e-3, 4096
+#: Lengths of means may be off by this; vertices and lobes that are worked on at once, so that memory need not hold what
+#: is computed from all.
+UNIT, ROWS, POINTS = 1e-3, 4096, 1 << 18
 
 
 def compress(lobes: Lobes) -> dict[str, NDArray[Any]]:
     """`lobes` as the arrays `NAMES`; "book" is empty where clusters would be too far off."""
-    lit = lobes.weight.any(axis=(2, 3))
-    sigma, energy = lobes.sigma[lit], _energy(lobes)[lit]
-    arrays: dict[str, NDArray[Any]] = {
-        "lit": np.packbits(lit, axis=1),
-        "mean": _mean_codes(lobes.mean[lit]),
-        "sigma": _sigma_codes(sigma),
-        "energy": _energy_codes(energy),
-        "book": np.zeros((0, 4), np.float32),
-    }
+    lit = np.empty((len(lobes), VIEWS), np.bool_)
+    for rows in _rows(len(lobes)):
+        lit[rows] = lobes.weight[rows].any(axis=(2, 3))
+    shape = int(np.count_nonzero(lit)), lobes.count
+    sigma, energy = scratch_array(shape, np.float32), scratch_array((*shape, 3), np.float64)
+    means = scratch_array((*shape, 3), np.uint8)
+    for rows, some in _rows_of_lit(lit):
+        seen = lit[rows]
+        sigma[some], energy[some] = lobes.sigma[rows][seen], _energy(lobes, rows)[seen]
+        means[some] = _mean_codes(lobes.mean[rows][seen])
     found = cluster(sigma, energy)
     if found is not None:
-        arrays["book"], arrays["sigma"] = found
-        arrays["energy"] = np.zeros((0, lobes.count), np.uint32)
-    return arrays
+        book, widths, energies = *found, np.zeros((0, lobes.count), np.uint32)
+    else:
+        book = np.zeros((0, 4), np.float32)
+        widths, energies = scratch_array(shape, np.uint8), scratch_array(shape, np.uint32)
+        for _, some in _rows_of_lit(lit):
+            widths[some], energies[some] = _sigma_codes(sigma[some]), _energy_codes(energy[some])
+    return dict(zip(NAMES, (np.packbits(lit, axis=1), means, widths, energies, book), strict=True))
 
 
 def restore(arrays: Mapping[str, NDArray[Any]], vertices: int, lobes: int) -> Lobes:
-    """The lobes of so many `vertices` that `compress` made arrays of; ValueError where these cannot be."""
+    """The lobes of so many `vertices` that `compress` made arrays of; ValueError where these cannot be.
+
+    What is too large for memory lies in files.
+    """
     codes, book = arrays["lit"], arrays["book"]
     if codes.shape != (vertices, (VIEWS + 7) // 8) or codes.dtype != np.uint8:
         raise ValueError("its lit views are those of other vertices")
@@ -80,21 +90,39 @@ def restore(arrays: Mapping[str, NDArray[Any]], vertices: int, lobes: int) -> Lo
     for name, (kind, shape) in kinds.items():
         if arrays[name].dtype.str != kind or arrays[name].shape != shape:
             raise ValueError(f"its {name} of lobes has the shape {arrays[name].shape} or type of others")
-    if clusters:
-        if arrays["sigma"].max(initial=0) >= len(book):
-            raise ValueError("its lobes name clusters that do not exist")
-        sigma, energy = book[arrays["sigma"], 0], book[arrays["sigma"], 1:]
-    else:
-        sigma, energy = _sigma_of(arrays["sigma"]), _energy_of(arrays["energy"])
-    if not (np.isfinite(book).all() and sigma.min(initial=1.0) > 0.0):
+    if clusters and arrays["sigma"].max(initial=0) >= len(book):
+        raise ValueError("its lobes name clusters that do not exist")
+    if not np.isfinite(book).all():
         raise ValueError("its lobes have widths that cannot be")
     shape = (vertices, VIEWS, lobes)
-    whole = Lobes(np.zeros((*shape, 3), np.float32), np.zeros((*shape, 3), np.float32), np.ones(shape, np.float32))
-    whole.weight[lit] = energy / gaussian_integral(sigma)[..., None]
-    whole.mean[lit], whole.sigma[lit] = _mean_of(arrays["mean"]), sigma
-    fill(lit, whole.mean, whole.sigma, view_neighbours()[0], view_directions())
+    whole = Lobes(*(scratch_array(each, np.float32) for each in ((*shape, 3), (*shape, 3), shape)))
+    for rows, some in _rows_of_lit(lit):
+        if clusters:
+            sigma, energy = book[arrays["sigma"][some], 0], book[arrays["sigma"][some], 1:]
+        else:
+            sigma, energy = _sigma_of(arrays["sigma"][some]), _energy_of(arrays["energy"][some])
+        if not sigma.min(initial=1.0) > 0.0:
+            raise ValueError("its lobes have widths that cannot be")
+        weight, mean, width, seen = whole.weight[rows], whole.mean[rows], whole.sigma[rows], lit[rows]
+        width[...] = 1.0
+        weight[seen] = energy / gaussian_integral(sigma)[..., None]
+        mean[seen], width[seen] = _mean_of(arrays["mean"][some]), sigma
+        fill(seen, mean, width, view_neighbours()[0], view_directions())
     check(whole)
     return whole
+
+
+def _rows(count: int) -> Iterator[slice]:
+    """Some of so many vertices after the other."""
+    return (slice(start, start + ROWS) for start in range(0, count, ROWS))
+
+
+def _rows_of_lit(lit: NDArray[np.bool_]) -> Iterator[tuple[slice, slice]]:
+    """Some vertices after the other, and where their views that are `lit` (V, 92) lie among all of these."""
+    stop = 0
+    for rows in _rows(len(lit)):
+        start, stop = stop, stop + int(np.count_nonzero(lit[rows]))
+        yield rows, slice(start, stop)
 
 
 def size_bytes(arrays: Mapping[str, NDArray[Any]]) -> int:
@@ -125,11 +153,9 @@ def cluster(
     if sigma.size < 8 * CLUSTERS:
         return None
     floor = max(float(energy.max()) * 1e-6, 1e-12)
-    points = np.column_stack([np.log(sigma.reshape(-1)), np.log(np.maximum(energy.reshape(-1, 3), floor))])
-    points[:, 1:] -= math.log(floor)
-    some = points[:: max(1, len(points) // TRAINED)]
-    weight = np.maximum(energy.reshape(-1, 3).sum(axis=1), floor)
-    some_weight = weight[:: max(1, len(points) // TRAINED)]
+    widths, energies = sigma.reshape(-1), energy.reshape(-1, 3)
+    every = max(1, len(widths) // TRAINED)
+    some, some_weight = _points(widths[::every], energies[::every], floor)
     order = np.lexsort(some.T)
     centres = some[order[np.linspace(0, len(order) - 1, CLUSTERS).astype(np.int64)]]
     for _ in range(ROUNDS):
@@ -137,17 +163,33 @@ def cluster(
         total = np.bincount(nearest, some_weight, CLUSTERS)
         sums = np.stack([np.bincount(nearest, some_weight * column, CLUSTERS) for column in some.T], axis=-1)
         centres = np.where(total[:, None] > 0.0, sums / np.where(total > 0.0, total, 1.0)[:, None], centres)
-    nearest = cKDTree(centres).query(points)[1]
-    square = ((points - centres[nearest]) ** 2).max(axis=1)
-    if math.sqrt(float(weight @ square) / float(weight.sum())) > CLOSE:
+    number, tree = scratch_array((len(widths),), np.uint16), cKDTree(centres)
+    square_sum = weight_sum = 0.0
+    for start in range(0, len(widths), POINTS):
+        part = slice(start, start + POINTS)
+        points, weight = _points(widths[part], energies[part], floor)
+        number[part] = nearest = tree.query(points)[1]
+        square_sum += float(weight @ ((points - centres[nearest]) ** 2).max(axis=1))
+        weight_sum += float(weight.sum())
+    if math.sqrt(square_sum / weight_sum) > CLOSE:
         return None
     book = np.exp(centres + np.array([0.0, *(math.log(floor),) * 3]))
     book[:, 1:][book[:, 1:] <= 1.5 * floor] = 0.0
-    return book.astype(np.float32), nearest.reshape(sigma.shape).astype(np.uint16)
+    return book.astype(np.float32), number.reshape(sigma.shape)
 
 
-def _energy(lobes: Lobes) -> NDArray[np.float64]:
-    return np.asarray(lobes.weight * gaussian_integral(lobes.sigma)[..., None])
+def _points(
+    sigma: NDArray[np.float32], energy: NDArray[np.float64], floor: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Logarithms (N, 4) of widths and of energies over `floor`, and the weight (N,) of each."""
+    sigma, energy = np.ascontiguousarray(sigma), np.ascontiguousarray(energy)
+    points = np.column_stack([np.log(sigma), np.log(np.maximum(energy, floor))])
+    points[:, 1:] -= math.log(floor)
+    return points, np.maximum(energy.sum(axis=1), floor)
+
+
+def _energy(lobes: Lobes, rows: slice) -> NDArray[np.float64]:
+    return np.asarray(lobes.weight[rows] * gaussian_integral(lobes.sigma[rows])[..., None])
 
 
 def _mean_codes(mean: NDArray[np.float32]) -> NDArray[np.uint8]:

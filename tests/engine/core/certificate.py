@@ -13,7 +13,7 @@ def can_make_certificates() -> bool:
 
 
 def make_certificate(folder: Path) -> dict[str, str]:
-    """Settings of Dask for one certificate that signs itself, of scheduler, workers and clients, in files of `folder`."""
+    """Settings of Dask for one certificate of all sides, which signs itself, in files of `folder`."""
     key, cert = folder / "key.pem", folder / "cert.pem"
     words = ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes"]
     words += ["-days", "2", "-subj", "/CN=localhost", "-keyout", os.fspath(key), "-out", os.fspath(cert)]

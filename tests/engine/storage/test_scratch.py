@@ -90,7 +90,20 @@ def test_contents_by_name_lie_in_a_file_beyond_what_memory_may_hold(
     for name, content in (("a", b"1" * 60), ("b", b"2" * 60), ("a", b"3" * 5)):
         files.put(name, content)
     assert dict(files) == {"a": b"3" * 5, "b": b"2" * 60}
-    assert cast(Any, files._file)._rolled
-    monkeypatch.setattr(files._file, "write", Mock(side_effect=OSError(errno.ENOSPC, "full")))
+    file = cast(Any, files._contents._file)
+    assert file._rolled
+    monkeypatch.setattr(file, "write", Mock(side_effect=OSError(errno.ENOSPC, "full")))
     with pytest.raises(OutputError, match=r"no room for 3 B .*full.* are free"):
         files.put("c", b"abc")
+
+
+def test_contents_by_number_are_those_that_were_put_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scratch, "IN_MEMORY_BYTES", 100)
+    rows = scratch.ScratchRows(4)
+    for number, content in ((3, b"1" * 60), (0, b""), (1, b"2" * 60), (3, b"3" * 5)):
+        rows.put(number, content)
+    assert dict(rows) == {0: b"", 1: b"2" * 60, 3: b"3" * 5}
+    assert len(rows) == 3
+    for missing in (2, 4, -1):
+        with pytest.raises(KeyError):
+            rows[missing]

@@ -211,11 +211,21 @@ class Fit:
             weight[rows] = lobes.weight[rows] * factor[:, :, None]
         return Lobes(weight, lobes.mean, lobes.sigma)
 
+    def choose_lit(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Those of `values` (V, 92) where something is reflected; many lie in a file."""
+        found, end = scratch_array((int(np.count_nonzero(self.norm > 0.0)),), np.float32), 0
+        for rows in self._rows():
+            some = values[rows][self.norm[rows] > 0.0]
+            found[end : end + len(some)], end = some, end + len(some)
+        return found
+
     def energies(self) -> Iterator[tuple[slice, NDArray[np.float64]]]:
         """Some rows after the other with the energies (rows, 92, 3) of their lobes, which are large."""
-        for start in range(0, len(self.norm), ROWS):
-            rows = slice(start, start + ROWS)
+        for rows in self._rows():
             yield rows, Lobes(*(array[rows] for array in _list_arrays(self.lobes))).energy()
+
+    def _rows(self) -> Iterator[slice]:
+        return (slice(start, start + ROWS) for start in range(0, len(self.norm), ROWS))
 
 
 @dataclass(frozen=True, eq=False)
@@ -275,19 +285,18 @@ def fit(
     """
     settings = FitSettings() if settings is None else settings
     run = partial(run_here, samples_of, settings)
-    return (yield from fit_pieces(mesh, run, settings, count=count, known=known, limit_s=limit_s))
+    return (yield from fit_pieces(flood(mesh, count), run, settings, known=known, limit_s=limit_s))
 
 
 def fit_pieces(
-    mesh: Mesh,
+    order: Flood,
     run: RunPieces,
     settings: FitSettings,
     *,
-    count: int | None = None,
     known: Callable[[int], Fit | None] | None = None,
     limit_s: float | None = None,
 ) -> Steps[Fit]:
-    """Fit the first `count` vertices of `mesh` (all by default); each step's `partial` is a `Block`.
+    """Fit vertices in the `order` of a flood; each step's `partial` is a `Block`.
 
     The result does not depend on the number of threads, or on where pieces are fitted. Blocks that the relaxation
     changes come once more, with the same index. Whoever stops has valid lobes in the blocks so far.
@@ -298,7 +307,6 @@ def fit_pieces(
     known : a block that was fitted before by its number, or None; it must be what this function gave.
     limit_s : after so many seconds, vertices get the best of some short starts; they are valid, but not minimal.
     """
-    order = flood(mesh, count)
     parts = blocks(order)
     whole = Fit.empty(len(order.front_of), settings.lobes)
     started, done, vertices = time.perf_counter(), 0, len(order.front_of)
@@ -563,10 +571,10 @@ def _apart(vertices: Indices, order: Flood) -> list[list[Indices]]:
 
 def _health(whole: Fit, figures: dict[str, Any]) -> Health:
     lit = whole.norm > 0.0
-    dark = int((~lit).all(axis=1).sum())
+    dark = len(lit) - int(np.count_nonzero(lit.any(axis=1)))
     found = {
         **figures,
-        "views_filled": int((~lit).sum()),
+        "views_filled": lit.size - int(np.count_nonzero(lit)),
         "dark_vertices": dark,
         "largest_slope": float(whole.slope.max(initial=0.0)),
     }

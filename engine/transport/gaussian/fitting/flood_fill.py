@@ -65,15 +65,22 @@ def flood(mesh: Mesh, count: int | None = None) -> Flood:
 
 def _neighbours(mesh: Mesh, count: int) -> tuple[Indices, Indices]:
     """Start of the neighbours of each vertex, and all neighbours: along edges, and at the same place."""
-    corners = mesh.faces[(mesh.faces < count).all(axis=1)].astype(np.int64)
-    edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
+    corners = mesh.faces[(mesh.faces < count).all(axis=1)]
     place = merge_points(mesh.positions[:count])[1]
     order = np.argsort(place, kind="stable")
     same = place[order[1:]] == place[order[:-1]]
-    edges = np.concatenate([edges, np.stack([order[1:][same], order[:-1][same]], axis=-1)])
-    both = np.concatenate([edges, edges[:, ::-1]])
+    sides = [(corners[:, one], corners[:, other]) for one, other in ((0, 1), (1, 2), (2, 0))]
+    sides.append((order[1:][same], order[:-1][same]))
     # As one number for a pair: numpy sorts rows many times more slowly, and lets no other thread run meanwhile.
-    vertex, neighbour = np.divmod(np.unique(both[:, 0] * count + both[:, 1]), max(count, 1))
+    both, end = np.empty(2 * sum(len(one) for one, _ in sides), np.int64), 0
+    for one, other in (*sides, *((other, one) for one, other in sides)):
+        some, end = both[end : end + len(one)], end + len(one)
+        np.multiply(one, count, out=some, dtype=np.int64)
+        some += other
+    del corners, place, order, same, sides
+    both.sort()
+    both = both[np.append(True, np.diff(both) != 0)[: len(both)]]
+    vertex, neighbour = np.divmod(both, max(count, 1))
     apart = vertex != neighbour
     start = np.concatenate([[0], np.cumsum(np.bincount(vertex[apart], minlength=count))])
     return start.astype(np.int64), neighbour[apart]
