@@ -2,16 +2,21 @@
 
 A simulated capture waits, or computes, for a known time and writes one file, so that nothing but the scheduler and the
 processes is measured. A schedule of many more captures is simulated from what is measured here.
+
+`batch_captures` makes whole captures of simulated photographs instead, from the import to the export. All have the
+same photographs, and of their results no more than the record is kept on the disk.
 """
 
 from __future__ import annotations
 
 import heapq
 import json
+import math
 import random
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +24,15 @@ import numpy as np
 import psutil
 
 from app.batch.captures import Capture
+from app.batch.making import make_of_request
 from app.batch.record import FOLDER_RECORD, Row, open_record
 from app.batch.run import REPORT_SHARE, Settings, make_batch
 from benchmarks.measure import Accuracy
 from engine.core.budget import thread_count
 from engine.core.steps import Step, Steps
-from engine.storage.atomic import atomic_folder, make_folder, write_bytes, write_json
+from engine.simulate.arc import LightArc
+from engine.simulate.simulate import simulate
+from engine.storage.atomic import atomic_folder, discard, make_folder, write_bytes, write_json
 
 #: Captures for each process, seconds that one takes, and seconds between two kills.
 CAPTURES, CAPTURE_S, KILL_S = 24, 0.5, 3.0
@@ -32,6 +40,10 @@ CAPTURES, CAPTURE_S, KILL_S = 24, 0.5, 3.0
 #: Processes of which the overhead is measured, and the schedule that is simulated: captures, processes, and seconds of
 #: a capture of 1 megapixel.
 PROCESSES, SCHEDULE = (2, 4, 8), (100_000, 64, 60.0)
+
+#: Whole captures for each process and for the one that they are compared with, megapixels of a photograph, elevations
+#: of the lamp in degrees, and seconds between two kills.
+WHOLE, ALONE, MEGAPIXELS, ELEVATIONS_DEG, WHOLE_KILL_S = 30, 8, 0.05, (15, 30, 45, 60, 75), 60.0
 
 
 def wait(text: str, order: Mapping[str, Any]) -> Steps[dict[str, Any]]:
@@ -48,6 +60,13 @@ def compute(text: str, order: Mapping[str, Any]) -> Steps[dict[str, Any]]:
     yield Step(0.5, "computing")
     _compute()
     return _write(text, order, begun_s)
+
+
+def make_whole(text: str, order: Mapping[str, Any]) -> Steps[dict[str, Any]]:
+    """A capture as a batch makes it; the record tells the seconds."""
+    begun_s = time.monotonic()
+    record = yield from make_of_request(text, order)
+    return {**record, "spent_s": time.monotonic() - begun_s}
 
 
 def _compute() -> None:
@@ -73,17 +92,15 @@ def batch(folder: Path, *, runs: int = CAPTURES, seed: int = 1) -> Steps[list[Ac
     """
     cores = thread_count()
     found = []
-    lost, doubled, killed, slope_mb = yield from _kill(folder / "killed", runs * cores, cores, seed)
-    what = f"of {runs * cores} captures on {cores} processes, {killed} of which were killed"
-    found.append(Accuracy("batch-lost", float(lost), f"captures that are not there, {what}", 0.0))
-    found.append(Accuracy("batch-doubled", float(doubled), f"captures that were made twice, {what}", 0.0))
-    found.append(Accuracy("batch-memory", slope_mb, "MB that the scheduler grows by with a capture", 0.1))
-    one, _ = yield from _spend(folder / "one", runs, 1, "compute")
-    all_cores, _ = yield from _spend(folder / "all", runs * cores, cores, "compute")
+    captures = _captures(make_folder(folder / "killed"), runs * cores)
+    seen = yield from _kill(folder / "killed", captures, cores, "wait", KILL_S, seed)
+    found += _judge("batch", seen, len(captures), cores, "captures")
+    one, _ = yield from _spend_on(folder / "one", runs, 1, "compute")
+    all_cores, _ = yield from _spend_on(folder / "all", runs * cores, cores, "compute")
     what = f"throughput below that of one process times {cores}, each with {runs} captures of {CAPTURE_S} s"
     found.append(Accuracy("batch-throughput", max(0.0, 1.0 - one / all_cores), what, 0.1))
     for processes in PROCESSES:
-        taken_s, captures_s = yield from _spend(folder / f"wait-{processes}", runs * processes, processes, "wait")
+        taken_s, captures_s = yield from _spend_on(folder / f"wait-{processes}", runs * processes, processes, "wait")
         what = f"time beyond that of {runs} captures of {CAPTURE_S} s on each of {processes} processes that wait"
         found.append(Accuracy(f"batch-overhead-{processes}", taken_s / captures_s - 1.0, what, 0.05))
     count, processes, capture_s = SCHEDULE
@@ -96,6 +113,54 @@ def batch(folder: Path, *, runs: int = CAPTURES, seed: int = 1) -> Steps[list[Ac
     return found
 
 
+def batch_captures(
+    folder: Path, megapixels: Sequence[float] = (MEGAPIXELS,), *, runs: int = WHOLE, seed: int = 1
+) -> Steps[list[Accuracy]]:
+    """The same of whole captures, of which a process is killed every minute.
+
+    `runs` are captures for each process, of photographs of so many `megapixels`, the first of which counts.
+    """
+    cores, size = thread_count(), round(1000.0 * math.sqrt(megapixels[0]))
+    place = folder / "photographs"
+    yield from simulate(LightArc(elevation=tuple(map(math.radians, ELEVATIONS_DEG)), size=size), place)
+    captures = [Capture(f"capture {at}", place) for at in range(runs * cores)]
+    one, _ = yield from _spend(make_folder(folder / "one"), captures[:ALONE], 1, "make_whole")
+    discard(folder / "one")
+    seen = yield from _kill(make_folder(folder / "killed"), captures, cores, "make_whole", WHOLE_KILL_S, seed)
+    what = f"captures of {len(ELEVATIONS_DEG)} photographs of {size * size / 1e6:.2g} megapixels"
+    found = _judge("batch-whole", seen, len(captures), cores, what)
+    idle = 1.0 - seen.made_s / (cores * seen.taken_s)
+    what = f"of the time of {cores} processes is not spent on captures that were made: {seen.taken_s:.0f} s in all"
+    found.append(Accuracy("batch-whole-idle", idle, what, 0.1, {"captures": len(captures), "taken_s": seen.taken_s}))
+    alone_s, each_s = one / (ALONE - 1), seen.taken_s / len(captures)
+    what = f"throughput below {cores} times that of one process, which takes {alone_s:.2f} s for a capture; {cores} "
+    what += f"take {each_s:.2f} s; both as the load of the machine was"
+    found.append(Accuracy("batch-whole-throughput", max(0.0, 1.0 - alone_s / (cores * each_s)), what, 0.1))
+    return found
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """Captures lost and made twice, processes killed, the growth of this process in MB with each capture, seconds of
+    the captures that were made, and of everything."""
+
+    lost: int
+    doubled: int
+    killed: int
+    slope_mb: float
+    made_s: float
+    taken_s: float
+
+
+def _judge(name: str, seen: _Seen, count: int, processes: int, captures: str) -> list[Accuracy]:
+    what = f"of {count:,} {captures} on {processes} processes, {seen.killed} of which were killed"
+    return [
+        Accuracy(f"{name}-lost", float(seen.lost), f"captures that are not there, {what}", 0.0),
+        Accuracy(f"{name}-doubled", float(seen.doubled), f"captures that were made twice, {what}", 0.0),
+        Accuracy(f"{name}-memory", seen.slope_mb, "MB that the scheduler grows by with a capture", 0.1),
+    ]
+
+
 def _captures(folder: Path, count: int) -> list[Capture]:
     """Captures that share one folder of photographs, which nobody reads."""
     place = make_folder(folder / "photographs")
@@ -103,19 +168,19 @@ def _captures(folder: Path, count: int) -> list[Capture]:
     return [Capture(f"capture {at}", place) for at in range(count)]
 
 
-def _run(folder: Path, count: int, processes: int, function: str) -> Steps[list[Row]]:
-    captures, output = _captures(make_folder(folder), count), make_folder(folder / "results")
+def _run(folder: Path, captures: Sequence[Capture], processes: int, function: str) -> Steps[list[Row]]:
+    output = make_folder(folder / "results")
     with open_record(output) as record:
         settings = Settings(workers=processes)
         return (yield from make_batch(output, record, captures, settings, f"benchmarks.batch:{function}"))
 
 
-def _spend(folder: Path, count: int, processes: int, function: str) -> Steps[tuple[float, float]]:
+def _spend(folder: Path, captures: Sequence[Capture], processes: int, function: str) -> Steps[tuple[float, float]]:
     """Seconds from the first ends of captures to the last, since processes start but once, and those of the captures
     themselves, on each process."""
     first = last = time.monotonic()
     ended, captures_s = 0, 0.0
-    for step in _run(folder, count, processes, function):
+    for step in _run(folder, captures, processes, function):
         for row in _list_done(step):
             last, ended = time.monotonic(), ended + 1
             if ended <= processes:
@@ -126,29 +191,49 @@ def _spend(folder: Path, count: int, processes: int, function: str) -> Steps[tup
     return last - first, captures_s
 
 
+def _spend_on(folder: Path, count: int, processes: int, function: str) -> Steps[tuple[float, float]]:
+    """As `_spend`, of so many captures that are none."""
+    return _spend(folder, _captures(make_folder(folder), count), processes, function)
+
+
 def _list_done(step: Step) -> list[Row]:
     """The captures that a step says are done."""
     return [row for row in step.partial or () if row.state == "done"]
 
 
-def _kill(folder: Path, count: int, processes: int, seed: int) -> Steps[tuple[int, int, int, float]]:
-    """Captures lost and made twice, processes killed, and the growth of this process in MB with each capture."""
-    draw, own, killed = random.Random(seed), psutil.Process(), 0
-    due_s, sizes, made = time.monotonic() + KILL_S, list[float](), dict[str, int]()
-    for step in _run(folder, count, processes, "wait"):
+def _kill(
+    folder: Path, captures: Sequence[Capture], processes: int, function: str, every_s: float, seed: int
+) -> Steps[_Seen]:
+    """Make captures while one of the processes is killed every so many seconds."""
+    draw, own, killed, made_s, begun_s = random.Random(seed), psutil.Process(), 0, 0.0, time.monotonic()
+    due_s, sizes, made, there = begun_s + every_s, list[float](), dict[str, int](), set[str]()
+    for step in _run(folder, captures, processes, function):
         for row in _list_done(step):
-            made[row.capture.name] = made.get(row.capture.name, 0) + 1
+            name = row.capture.name
+            made[name] = made.get(name, 0) + 1
+            made_s += row.record["spent_s"]
             sizes.append(own.memory_info().rss / 1e6)
+            there |= {name} & _keep_record(folder / "results" / name)
         if time.monotonic() > due_s:
-            due_s = time.monotonic() + KILL_S
+            due_s = time.monotonic() + every_s
             with suppress(psutil.Error, IndexError):  # one that has just ended
                 draw.choice([each for each in own.children() if "app.batch.worker" in each.cmdline()]).kill()
                 killed += 1
         yield Step(step.done, f"killing: {step.note}")
-    there = {path.parent.name for path in (folder / "results").glob(f"*/{FOLDER_RECORD}")}
     later = sizes[len(sizes) // 2 :]
     slope_mb = float(np.polyfit(np.arange(len(later)), later, 1)[0]) if len(later) > 2 else 0.0
-    return count - len(there & made.keys()), sum(made.values()) - len(made), killed, slope_mb
+    lost, doubled = len(captures) - len(there), sum(made.values()) - len(made)
+    return _Seen(lost, doubled, killed, slope_mb, made_s, time.monotonic() - begun_s)
+
+
+def _keep_record(folder: Path) -> set[str]:
+    """The name of a folder with a record, from which all else is removed."""
+    if not (folder / FOLDER_RECORD).is_file():
+        return set()
+    for each in folder.iterdir():
+        if each.name != FOLDER_RECORD:
+            discard(each)
+    return {folder.name}
 
 
 def _find_service_s(folder: Path, count: int) -> Steps[float]:

@@ -155,6 +155,7 @@ LARGE = (
     "window-soak",
     "cancel",
     "batch",
+    "batch-captures",
     "watch",
     "project",
     "large-memory",
@@ -195,6 +196,7 @@ ACCURACIES = {
     "window-soak": "benchmarks.app.soak:window_soak",
     "cancel": "benchmarks.app.cancel:cancel",
     "batch": "benchmarks.batch:batch",
+    "batch-captures": "benchmarks.batch:batch_captures",
     "watch": "benchmarks.watch:watch",
     "project": "benchmarks.app.project:project",
     "project-size": "benchmarks.app.project_size:project_size",
@@ -215,6 +217,7 @@ OPTIONS = {
     "window-soak": ("runs", "run_s", "at_once", "seed", "record"),
     "cancel": ("runs", "seed"),
     "batch": ("runs", "seed"),
+    "batch-captures": ("runs", "seed", "megapixels"),
     "busy-models": ("runs",),
     "large-memory": ("megapixels", "photographs", "limit_bytes"),
     "cluster-memory": ("vertices",),
@@ -240,7 +243,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=int,
         metavar="N",
         help="runs of window-soak and busy-models (20), signals for each verb of cancel (8), or captures for each "
-        "process of batch (24)",
+        "process of batch (24) and batch-captures (30)",
     )
     parser.add_argument("--run-s", type=float, metavar="S", help="seconds of each run (8)")
     parser.add_argument("--at-once", type=int, metavar="N", help="runs of window-soak side by side (4)")
@@ -248,8 +251,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--seed",
         type=int,
         metavar="N",
-        help="seed of batch, cancel and factors, or of the first run of window-soak, scene of predictions, capture of "
-        "relighting or material of factor-bounds, fits or surface-sigma; more count up",
+        help="seed of batch, batch-captures, cancel and factors, or of the first run of window-soak, scene of "
+        "predictions, capture of relighting or material of factor-bounds, fits or surface-sigma; more count up",
     )
     parser.add_argument(
         "--scenes",
@@ -279,7 +282,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="random models at directions of instruments, for factors (4), factor-bounds (24) and fits (12)",
     )
     parser.add_argument(
-        "--megapixels", type=float, nargs="+", metavar="M", help="sizes of photographs for large-memory (6 24 48)"
+        "--megapixels",
+        type=float,
+        nargs="+",
+        metavar="M",
+        help="sizes of photographs for large-memory (6 24 48), or the size for batch-captures (0.05)",
     )
     parser.add_argument(
         "--vertices",
