@@ -9,7 +9,7 @@ is played through with the seconds that the cost model predicts for this machine
   no more workers than blocks of a front are busy.
 - All that the workers are sent and send back goes through the one link of this machine, at its `bytes_per_s` and with
   `SERVICE_S` of the scheduler for each task. Each worker gets the model once, and gets ready (`READY_S`).
-- Tables, bounces between parts of the model, and the file are made here, before and after (`rest_s`).
+- Tables, bounces in wavelets, and the file are made here, before and after (`rest_s`).
 
 No worker is lost; each that is costs the tasks that it had, and READY_S of another.
 """
@@ -52,6 +52,7 @@ class Stage:
     vertices : (T,) of each task, which its seconds grow with.
     sent_bytes, back_bytes : for each vertex, to a worker and back.
     before, after : (P,) pairs of tasks, of which the second takes results of the first.
+    shared_bytes : that each worker gets before its first task, beside the model.
     """
 
     seconds: float
@@ -60,6 +61,7 @@ class Stage:
     back_bytes: float
     before: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     after: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    shared_bytes: float = 0.0
 
     def scale(self, factor: float) -> Stage:
         """The same with so many times the seconds."""
@@ -96,8 +98,9 @@ def price(stages: Sequence[Stage], rest_s: float, model_bytes: float, speeds: Se
     compute_s = sum(stage.seconds for stage in stages) / sum(speeds)
     free = Link(math.inf, 0.0)
     unhindered_s = READY_S + _mean_s(stages, speeds, free, 0.0)
-    linked_s = READY_S + len(speeds) * model_bytes / link.bytes_per_s + _mean_s(stages, speeds, link, SERVICE_S)
-    travels = sum(stage.bytes for stage in stages) + len(speeds) * model_bytes
+    shared = len(speeds) * (model_bytes + sum(stage.shared_bytes for stage in stages))
+    linked_s = READY_S + shared / link.bytes_per_s + _mean_s(stages, speeds, link, SERVICE_S)
+    travels = sum(stage.bytes for stage in stages) + shared
     parts = compute_s, max(0.0, unhindered_s - compute_s), max(0.0, linked_s - unhindered_s), rest_s
     return Price(len(speeds), sum(parts), *parts, travels)
 

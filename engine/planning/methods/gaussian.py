@@ -15,7 +15,7 @@ from engine.planning.costs.cost_model import Cost, CostModel, Load
 from engine.planning.costs.planned import PlannedBake
 from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import DIFFUSE_ORDER, LOBE_BYTES, gaussians
-from engine.planning.costs.spread import Stage
+from engine.planning.costs.spread import MODEL_BYTES, Stage
 from engine.planning.effects.lobe_error import lobe_error
 from engine.planning.effects.mode_error import FLOOR, ModeErrors
 from engine.scene.mode import Spread
@@ -24,7 +24,7 @@ from engine.transport.baking.diffuse_specular import parts
 from engine.transport.baking.settings import BOUNCES, GaussianSettings
 from engine.transport.baking.visibility import TEXELS, every_ray
 from engine.transport.gaussian import bake as gaussian_bake
-from engine.transport.gaussian.diffuse import CHUNK
+from engine.transport.gaussian.diffuse import BLOCK, CHUNK
 from engine.transport.gaussian.fitting.fit import blocks, list_touching
 from engine.transport.gaussian.fitting.flood_fill import flood
 from engine.transport.gaussian.fitting.lobes import Lobes
@@ -83,7 +83,7 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
 
 
 def stages(model: CostModel, setting: Setting, load: Load, mesh: Mesh) -> tuple[Stage, ...]:
-    """Visibility, fits in the order of the flood, and the diffuse part; all bounces but the last are followed here."""
+    """Visibility, fits in the order of the flood, bounces but for the last, and the diffuse part with the last."""
     lobes, bounces = setting["lobes"], bool(setting["interreflection"])
     drawn_s = DRAWN * model.rate("gaussian-table")
     fit_s, samples_s = model.rate("gaussian-fit", lobes), model.rate("gaussian-table") if load.isotropic else drawn_s
@@ -97,7 +97,10 @@ def stages(model: CostModel, setting: Setting, load: Load, mesh: Mesh) -> tuple[
         shaded, fitted_s = load.model * load.occluded, fit_s * model.rate("gaussian-indirect-fit")
         indirect_s = shaded * (drawn_s + fitted_s) + load.model * load.closed * model.rate("gaussian-indirect")
         fits.append(Stage(indirect_s, sizes, starts, fitted, *pairs))
-        rows_s += load.vertices * model.bounce_s("vector", DIFFUSE_ORDER, load)
+        bounce_s, sent = load.vertices * model.bounce_s("vector", DIFFUSE_ORDER, load), 12.0 * DIFFUSE_ORDER**2
+        shared = (sent + MODEL_BYTES) * load.vertices
+        fits += BOUNCES * [Stage(bounce_s, _split(load.vertices, BLOCK), 8.0, sent, shared_bytes=shared)]
+        rows_s += bounce_s
     seen = _split(load.vertices, max(1, TEXELS // (FACES * gaussian_bake.EDGE**2)))
     return (
         Stage(model.visibility_s(gaussian_bake.EDGE, load), seen, 8.0, SEEN_BYTES),

@@ -15,7 +15,7 @@ from engine.planning.costs.cost_model import Cost, CostModel, Load, basis_values
 from engine.planning.costs.planned import PlannedBake
 from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import channels, spherical_harmonics
-from engine.planning.costs.spread import Stage
+from engine.planning.costs.spread import MODEL_BYTES, Stage
 from engine.planning.effects.mode_error import FLOOR, ModeErrors, between, together
 from engine.scene.mode import Spread
 from engine.transport.baking.parts import kinds_of
@@ -66,7 +66,7 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
 
 
 def stages(model: CostModel, setting: Setting, load: Load, _mesh: Mesh) -> tuple[Stage, ...]:
-    """Chunks of rows with their visibility, and with the last bounce; those before it are followed here."""
+    """Bounces but for the last, and chunks of rows with their visibility and the last bounce."""
     order, edge = setting["order"], default_edge(setting["order"])
     matrices = 0 if load.diffuse else load.model
     seconds = model.visibility_s(edge, load) + matrices * _matrix_s(model, order)
@@ -75,8 +75,13 @@ def stages(model: CostModel, setting: Setting, load: Load, _mesh: Mesh) -> tuple
         seconds += matrices * model.bounce_s("matrix", order, load)
         seconds += (load.vertices - matrices) * model.bounce_s("vector", order, load)
     bounds = sh_bake.vertex_bounds(load.vertices, load.model, sh_bake.BakeSettings(order, edge))
-    rows = matrices * order**2 + load.vertices - matrices
-    return (Stage(seconds, np.diff(bounds), 0.0, 4.0 * order**2 * channels(setting, load) * rows / load.vertices),)
+    rows, each = matrices * order**2 + load.vertices - matrices, 4.0 * order**2 * channels(setting, load)
+    chunks = Stage(seconds, np.diff(bounds), 0.0, each * rows / load.vertices)
+    if not setting["interreflection"]:
+        return (chunks,)
+    bounce_s, sent = load.vertices * model.bounce_s("vector", order, load), each * load.vertices
+    bounce = Stage(bounce_s, np.diff(bounds), 8.0, each, shared_bytes=sent + MODEL_BYTES * load.vertices)
+    return (*(BOUNCES - 1) * (bounce,), replace(chunks, shared_bytes=sent))
 
 
 def _matrix_s(model: CostModel, order: int) -> float:

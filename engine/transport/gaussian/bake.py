@@ -560,7 +560,7 @@ def _diffuse_rows(work: Work, seen: HeldVisibility, run: Run, cluster: str | Non
     diffuse = DiffuseTransfer(model, settings.order, settings.edge, settings.fine)
     if not settings.indirect:
         return (yield from _gather_rows(diffuse, seen, run))
-    sent = yield from part(send_light(diffuse), 0.0, 0.4)
+    sent = yield from part(send_light(diffuse, cluster), 0.0, 0.4)
     with _open(work, cluster, sent) as again:
         return (yield from part(_gather_rows(replace(diffuse, sent=sent), seen, again), 0.4, 1.0))
 

@@ -140,14 +140,14 @@ def mean_gain(diffuse: DiffusePart) -> float:
     return float(share @ (diffuse.gain(cosine) * cosine))
 
 
-def send_light(diffuse: DiffuseTransfer) -> Steps[NDArray[np.float32]]:
-    """(V, 3, order²) what each vertex sends to every side after up to `BOUNCES` reflections."""
+def send_light(diffuse: DiffuseTransfer, cluster: str | None = None) -> Steps[NDArray[np.float32]]:
+    """(V, 3, order²) what each vertex sends to every side after up to `BOUNCES` reflections, here or by a `cluster`."""
     surface = diffuse.surface
     kind, made = surface.coarse
     albedo = np.full((len(surface.mesh.positions), 3), surface.ground_albedo, np.float32)
     albedo[: surface.ground_vertex] = np.array([even_albedo(material) for material in made])[kind]
     bounds = np.unique(np.append(np.arange(0, len(albedo), BLOCK), len(albedo)))
-    return (yield from reflections(_around(surface, diffuse.order), BOUNCES, albedo, bounds))
+    return (yield from reflections(_around(surface, diffuse.order), BOUNCES, albedo, bounds, cluster))
 
 
 def even_albedo(material: Material) -> Floats:

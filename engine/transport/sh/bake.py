@@ -336,8 +336,8 @@ def bake(
     """Bake into the file `path`, going on where an equal bake was interrupted; its `Step.partial` is None.
 
     `of` are the vertices as places where light arrives, where the caller knows them. With the address of a `cluster`,
-    its workers make the chunks (`engine.transport.baking.chunks`). OutputError where the file cannot be written.
-    Closing the generator keeps the chunks that are done for the next run; bounces are followed anew.
+    its workers follow the bounces and make the chunks (`engine.transport.baking.chunks`). OutputError where the file
+    cannot be written. Closing the generator keeps the chunks that are done for the next run; bounces are followed anew.
     """
     yield Step(0.0, f"preparing {count_text(work.vertices)} vertices, {size_text(work.size_bytes)}")
     started = time.perf_counter()
@@ -348,7 +348,7 @@ def bake(
         share = 0.4 if work.settings.bounces and missing else 0.0
         sent = None
         if work.settings.bounces and missing:
-            sent = yield from part(reflect(work, of), 0.0, share)
+            sent = yield from part(reflect(work, of, cluster), 0.0, share)
         bounce_s = time.perf_counter() - started if sent is not None else 0.0
         recipe = recipe_of(work, of, sent)
         remote = Remote(cluster, maker, recipe) if cluster else None
@@ -389,9 +389,9 @@ def baker_of(work: Work, of: Receivers, sent: NDArray[np.float32] | None = None)
     return Baker(recipe_of(work, of, sent), of)
 
 
-def reflect(work: Work, of: Receivers) -> Steps[NDArray[np.float32]]:
+def reflect(work: Work, of: Receivers, cluster: str | None = None) -> Steps[NDArray[np.float32]]:
     """Light that each vertex sends to the others, as `reflections`; for `Baker`."""
-    return reflections(work.surroundings(of), work.settings.bounces, work.albedo, work.bounds)
+    return reflections(work.surroundings(of), work.settings.bounces, work.albedo, work.bounds, cluster)
 
 
 def casts_rays(work: Work) -> bool:

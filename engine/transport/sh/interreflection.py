@@ -10,17 +10,21 @@ Bound by the rays, `Surroundings.rays` for each vertex and bounce, and by order�
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.directions import Vectors
 from engine.core.steps import Step, Steps
-from engine.geometry.ray_caster import meets_front
+from engine.geometry.ray_caster import RayCaster, meets_front
 from engine.transport.baking import visibility_kernel
+from engine.transport.baking.chunks import Recipe, Remote, each_of, open_workers
 from engine.transport.baking.visibility import Receivers
 from engine.transport.sh import kernel as sh_kernel
 from engine.transport.sh.basis import evaluate
@@ -42,24 +46,62 @@ class Surroundings:
 
 
 def reflections(
-    around: Surroundings, rounds: int, albedo: NDArray[np.float32], bounds: NDArray[np.int64]
+    around: Surroundings,
+    rounds: int,
+    albedo: NDArray[np.float32],
+    bounds: NDArray[np.int64],
+    cluster: str | None = None,
 ) -> Steps[NDArray[np.float32]]:
     """(V, C, order²) radiance that each vertex sends to every side, after up to `rounds` − 1 reflections before.
 
     What it reflects itself of the distant light, with `albedo` (V, C), then what it reflects of that, and so on.
-    `bounds` cut the vertices into parts that are worked on at once.
+    `bounds` cut the vertices into parts that are worked on at once, by the workers of a `cluster` where its address is
+    given (`engine.transport.baking.chunks`).
     """
     shape = (*albedo.shape, around.order**2)
     latest, total = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
     for bounce in range(rounds):
-        arriving = np.empty(shape, np.float32)
-        for start, stop in pairwise(bounds):
-            some = np.arange(start, stop)
-            arriving[some] = transfer_open(around, some) if bounce == 0 else gather(around, some, latest)
-            yield Step((bounce + stop / len(albedo)) / rounds, f"following bounce {bounce + 1} of {rounds}")
+        arriving, sent, done = np.empty(shape, np.float32), latest if bounce else None, 0
+        by = Remote(cluster, maker, _recipe_of(around, sent)) if cluster else partial(receive, around, sent)
+        parts = (np.arange(start, stop) for start, stop in pairwise(bounds))
+        with open_workers(by) as run, closing(each_of(run, parts)) as found:
+            for vertices, light in found:
+                arriving[vertices], done = light, done + len(vertices)
+                yield Step((bounce + done / len(albedo)) / rounds, f"following bounce {bounce + 1} of {rounds}")
         latest = arriving * albedo[..., None]
         total += latest
     return total
+
+
+def receive(
+    around: Surroundings, sent: NDArray[np.float32] | None, vertices: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """`vertices`, and irradiance / π (B, C, order²) there of the distant light, or of what all vertices have `sent`."""
+    return vertices, transfer_open(around, vertices) if sent is None else gather(around, vertices, sent)
+
+
+def maker(recipe: Recipe) -> Callable[[NDArray[np.int64]], Any]:
+    """`receive` of vertices, from `_recipe_of` it."""
+    caster = RayCaster(recipe["shading_positions"], recipe["shading_faces"])
+    of = Receivers(caster, recipe["origin"], recipe["normal"], recipe["free"])
+    around = Surroundings(recipe["positions"], recipe["faces"], of, recipe["order"], recipe["rays"])
+    return partial(receive, around, recipe.get("sent"))
+
+
+def _recipe_of(around: Surroundings, sent: NDArray[np.float32] | None) -> Recipe:
+    of = around.of
+    return {
+        "positions": around.positions,
+        "faces": around.faces,
+        "shading_positions": of.caster.positions,
+        "shading_faces": of.caster.faces,
+        "origin": of.origin,
+        "normal": of.normal,
+        "free": of.free,
+        "order": around.order,
+        "rays": around.rays,
+        **({} if sent is None else {"sent": sent}),
+    }
 
 
 def _rays(around: Surroundings, vertices: NDArray[np.int64]) -> tuple[Vectors, NDArray[np.float32]]:

@@ -88,7 +88,7 @@ def test_a_cluster_bakes_the_same_harmonics_and_the_light_between_parts(
     monkeypatch.setattr(sh_bake, "CHUNK_VALUES", 200 * 6 * 8 * 8)
     monkeypatch.setattr("engine.transport.sh.brdf_table.SAMPLES", 256)
     here, there = tmp_path / "here.transport", tmp_path / "there.transport"
-    settings = sh_bake.BakeSettings(3, 8, 2, bounces=1, gather=16)
+    settings = sh_bake.BakeSettings(3, 8, 2, bounces=2, gather=16)
     ground = Ground(cells=20, albedo=0.3)
     asked = drain(sh_bake.prepare(open_mesh("plane"), brdf_from_text("phong:exponent=5"), settings, ground))
     assert asked.plan.chunks > 2
