@@ -4,7 +4,8 @@ The tasks of a bake are given out one by one as workers can take them (`engine.t
 is played through with the seconds that the cost model predicts for this machine:
 
 - A worker that has `speed` of this machine takes seconds / speed for a task, times a factor that is lognormal of mean 1
-  (`VARIES`), because vertices differ in what they see; the largest of many is what stragglers cost.
+  (`VARIES`), because vertices differ in what they see; the largest of many is what stragglers cost. It takes `TASK_S`
+  besides, to receive the task and to send the result.
 - A task begins when the tasks whose results it takes are known. Fits of Gaussians go front by front over the model, so
   no more workers than blocks of a front are busy.
 - All that the workers are sent and send back goes through the one link of this machine, at its `bytes_per_s` and with
@@ -29,11 +30,13 @@ from numpy.typing import NDArray
 from engine.core.cluster import Link
 from engine.transport.baking.chunks import AHEAD
 
-#: Logarithmic standard deviation of the seconds of tasks with equally many vertices.
-VARIES = 0.25
+#: Logarithmic standard deviation of the seconds of tasks with equally many vertices, root mean square over those of all
+#: bakes (fits .13, diffuse rows .26, SH .27, wavelets .37, visibility .47; `benchmarks --only cluster-tasks`).
+VARIES = 0.32
 
-#: Seconds of the scheduler for a task, and until a worker has loaded its kernels and the model.
-SERVICE_S, READY_S = 4e-3, 2.0
+#: Seconds of processors for a task beside what it computes, of client and scheduler and of the worker, and until a
+#: worker has loaded its kernels and the model (likewise).
+SERVICE_S, TASK_S, READY_S = 8.2e-3, 4.3e-3, 1.8
 
 #: Bytes of a model for each vertex, two triangles for each: positions, frames, and what rays and their origins take.
 MODEL_BYTES = 240.0
@@ -97,21 +100,28 @@ def price(stages: Sequence[Stage], rest_s: float, model_bytes: float, speeds: Se
     """Price of the `stages` on workers with `speeds`, each a share of this machine's; each gets `model_bytes` once."""
     compute_s = sum(stage.seconds for stage in stages) / sum(speeds)
     free = Link(math.inf, 0.0)
-    unhindered_s = READY_S + _mean_s(stages, speeds, free, 0.0)
+    unhindered_s = READY_S + _mean_s(stages, speeds, free, 0.0, 0.0)
     shared = len(speeds) * (model_bytes + sum(stage.shared_bytes for stage in stages))
-    linked_s = READY_S + shared / link.bytes_per_s + _mean_s(stages, speeds, link, SERVICE_S)
+    linked_s = READY_S + shared / link.bytes_per_s + _mean_s(stages, speeds, link, SERVICE_S, TASK_S)
     travels = sum(stage.bytes for stage in stages) + shared
     parts = compute_s, max(0.0, unhindered_s - compute_s), max(0.0, linked_s - unhindered_s), rest_s
     return Price(len(speeds), sum(parts), *parts, travels)
 
 
-def _mean_s(stages: Sequence[Stage], speeds: Sequence[float], link: Link, service_s: float) -> float:
-    rounds = [sum(schedule_s(stage, speeds, link, service_s, seed) for stage in stages) for seed in range(ROUNDS)]
+def _mean_s(stages: Sequence[Stage], speeds: Sequence[float], link: Link, service_s: float, task_s: float) -> float:
+    rounds = [
+        sum(schedule_s(stage, speeds, link, service_s, seed, task_s) for stage in stages) for seed in range(ROUNDS)
+    ]
     return sum(rounds) / len(rounds)
 
 
-def schedule_s(stage: Stage, speeds: Sequence[float], link: Link, service_s: float, seed: int) -> float:
-    """Seconds from the first task that is sent to the last result, where factors of tasks are drawn by `seed`."""
+def schedule_s(
+    stage: Stage, speeds: Sequence[float], link: Link, service_s: float, seed: int, task_s: float = 0.0
+) -> float:
+    """Seconds from the first task that is sent to the last result, where factors of tasks are drawn by `seed`.
+
+    A task takes `service_s` of the scheduler and `task_s` of its worker, beside what it computes.
+    """
     count, draw = len(stage.vertices), random.Random(seed)
     each_s = (stage.seconds * stage.vertices / max(int(stage.vertices.sum()), 1)).tolist()
     sent_s, back_s = (
@@ -129,7 +139,7 @@ def schedule_s(stage: Stage, speeds: Sequence[float], link: Link, service_s: flo
             link_s = max(link_s, now) + sent_s[task]
             free_s, number = heapq.heappop(workers)
             varies = math.exp(draw.gauss(-0.5 * VARIES**2, VARIES))
-            free_s = max(free_s, link_s + link.latency_s) + each_s[task] * varies / speeds[number]
+            free_s = max(free_s, link_s + link.latency_s) + task_s + each_s[task] * varies / speeds[number]
             heapq.heappush(workers, (free_s, number))
             heapq.heappush(under_way, (free_s, task))
         ended_s, task = heapq.heappop(under_way)

@@ -27,6 +27,10 @@ def test_equal_tasks_are_shared_and_the_last_ones_are_waited_for(speeds: list[fl
     assert schedule_s(TEN, speeds, FREE, 0.0, 0) == pytest.approx(seconds)
 
 
+def test_a_worker_handles_each_of_its_tasks_beside_computing_it() -> None:
+    assert schedule_s(TEN, [1.0, 1.0], FREE, 0.0, 0, 0.5) == pytest.approx(5.0 + 5 * 0.5)
+
+
 def test_a_chain_is_as_long_on_any_number_of_workers() -> None:
     chain = replace(TEN, before=np.arange(9), after=np.arange(1, 10))
     assert schedule_s(chain, [1.0] * 8, FREE, 0.0, 0) == pytest.approx(10.0)
@@ -41,8 +45,8 @@ def test_what_travels_goes_through_one_link_and_hides_behind_what_is_computed() 
 
 
 def test_parts_of_a_price_add_up() -> None:
-    found = price((TEN, TEN), 3.0, 50.0, [1.0] * 4, Link(100.0, 0.0))
-    assert (found.workers, found.compute_s, found.rest_s, found.bytes) == (4, 5.0, 3.0, 200.0)
+    found = price((TEN, replace(TEN, shared_bytes=10.0)), 3.0, 50.0, [1.0] * 4, Link(100.0, 0.0))
+    assert (found.workers, found.compute_s, found.rest_s, found.bytes) == (4, 5.0, 3.0, 240.0)
     assert found.waiting_s == pytest.approx(1.0 + READY_S)
     assert found.transfer_s >= 2.0, "the model goes to each of four"
     assert found.bake_s == pytest.approx(found.compute_s + found.waiting_s + found.transfer_s + found.rest_s)
