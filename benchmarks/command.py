@@ -160,7 +160,9 @@ LARGE = (
     "project",
     "large-memory",
     "cluster-memory",
+    "cluster-memory-writer",
     "cluster-price",
+    "cluster-tasks",
     "large-models",
     "busy-models",
 )
@@ -202,7 +204,9 @@ ACCURACIES = {
     "project-size": "benchmarks.app.project_size:project_size",
     "large-memory": "benchmarks.app.large_memory:large_memory",
     "cluster-memory": "benchmarks.app.cluster:cluster_memory",
+    "cluster-memory-writer": "benchmarks.app.cluster:writer_memory",
     "cluster-price": "benchmarks.app.cluster:cluster_price",
+    "cluster-tasks": "benchmarks.app.cluster_tasks:cluster_tasks",
     "large-models": "benchmarks.app.large_models:large_models",
     "busy-models": "benchmarks.app.large_models:busy_models",
 }
@@ -221,6 +225,7 @@ OPTIONS = {
     "busy-models": ("runs",),
     "large-memory": ("megapixels", "photographs", "limit_bytes"),
     "cluster-memory": ("vertices",),
+    "cluster-memory-writer": ("vertices",),
     "surface-sigma": ("scenes", "seed"),
     "fall-off": ("scenes", "seed"),
     "relighting": ("scenes", "seed", "data"),
@@ -293,7 +298,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=int,
         nargs="+",
         metavar="N",
-        help="vertices of the models of cluster-memory (5000 10000 20000)",
+        help="vertices of the models of cluster-memory (2000 5000 10000 20000) and cluster-memory-writer (5000 10000 "
+        "20000 40000)",
     )
     parser.add_argument(
         "--photographs", type=int, metavar="N", help="photographs of large-memory; more than 10 are of a dome (10)"

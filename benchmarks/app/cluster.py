@@ -2,9 +2,13 @@
 
 For memory a relief of each size is baked by `lightarc bake --mode gaussian --cluster` on a cluster of one worker on
 this machine, each a process of its own, whose memory is sampled ten times a second (`large_memory.memory_of`), that of
-mapped files apart. Arrays that large bakes keep in unnamed files are kept there from the first byte. Directions are
-few, because their number adds nothing that grows with the model. The cube map has half the edge of the usual one, with
-which what a vertex sees takes the process that writes some 0.4 kB more.
+mapped files apart. Arrays that large bakes keep in unnamed files are kept there from the first byte, and memory that
+arrays have left goes back to the system at once, as that of arrays of millions of vertices does. The relief is open, so
+that its back is baked as well: twice as many vertices as the model has. Directions are few, and the cube map has half
+the edge of the usual one, because their number adds nothing that grows with the model but in files.
+
+How tasks are done is nothing to the process that writes the file. So that large models can be measured, `writer_memory`
+has the worker send made-up results, as many and as large as those of a bake.
 
 For prices, the fits of a relief are given to workers that wait for known seconds, as various as those of a bake, and
 send as many bytes back: nothing but the schedule is judged that `lightarc plan --cluster` plays through, with order,
@@ -31,14 +35,14 @@ from engine.core.errors import MissingCapability
 from engine.core.steps import Step, Steps, part
 from engine.geometry.shapes import open_mesh
 from engine.planning.costs.sizes import LOBE_BYTES
-from engine.planning.costs.spread import ROUNDS, SERVICE_S, VARIES, Stage, schedule_s
+from engine.planning.costs.spread import ROUNDS, SERVICE_S, TASK_S, VARIES, Stage, schedule_s
 from engine.transport.baking.chunks import Recipe, Remote, Run, each_of, open_workers
-from engine.transport.gaussian.fitting.fit import Waits, blocks, list_touching
+from engine.transport.gaussian.fitting.fit import Fit, Piece, Waits, blocks, list_touching
 from engine.transport.gaussian.fitting.flood_fill import Flood, flood
 from engine.transport.gaussian.fitting.views import VIEWS
 
 #: Vertices of the models without `--vertices` and of the largest one, and the memory that a worker may take for that.
-VERTICES, LARGEST, LIMIT_BYTES = (5_000, 10_000, 20_000), 2_000_000, 8 * 2**30
+VERTICES, LARGEST, LIMIT_BYTES = (2_000, 5_000, 10_000, 20_000), 2_000_000, 8 * 2**30
 
 #: Vertices whose fits are priced, seconds of all of these, and workers.
 PRICED, PRICED_S, PRICED_WORKERS = 20_000, 40.0, (2, 4)
@@ -51,6 +55,17 @@ WORDS = (
 
 #: The command line, with no array too small for a file.
 _COMMAND = "import sys, engine.storage.scratch as s; s.IN_MEMORY_BYTES = 0; from app.__main__ import main; main()"
+
+#: Arrays from which on the C library takes memory from the system for each, and gives it back.
+_MAPPED_BYTES = 1 << 17
+
+#: The same with tasks that are made up, of which no record is kept; vertices of the models without `--vertices`, and
+#: bytes of what a vertex sees.
+_MADE_UP = (
+    "import benchmarks.app.cluster as c, engine.transport.gaussian.bake as b; b.maker = c.make_up; "
+    f"b.keep_visibility = lambda of, _kept: of; {_COMMAND}"
+)
+WRITTEN, SEEN_BYTES = (5_000, 10_000, 20_000, 40_000), 450
 
 _INTERVAL_S = 0.1
 
@@ -70,7 +85,40 @@ def cluster_memory(folder: Path, vertices: Sequence[int] = VERTICES) -> Steps[li
 
     The line through the peaks is taken to go on: nothing of a bake grows faster than the vertices.
     """
-    distributed = _library()
+    sizes, peaks = yield from _find_peaks(folder, vertices, _COMMAND)
+    return [_find(who, sizes, peaks) for who in ("worker", "client")]
+
+
+def writer_memory(folder: Path, vertices: Sequence[int] = WRITTEN) -> Steps[list[Accuracy]]:
+    """The same of the process that writes, with results of a worker that are made up."""
+    sizes, peaks = yield from _find_peaks(folder, vertices, _MADE_UP)
+    return [_find("client", sizes, peaks)]
+
+
+def make_up(recipe: Recipe) -> Callable[[Any], Any]:
+    """Maker of tasks of a Gaussian bake that compute nothing: every vertex has the same lobes in half of its views."""
+    lobes = int(recipe["settings"]["lobes"])
+    one = Fit.empty(1, lobes)
+    one.lobes.mean[..., 2] = 1.0
+    for array in (one.lobes.weight, one.energy, one.norm, one.error_rel, one.preserving_error_rel):
+        array[:, ::2] = 0.5
+
+    def fit(_component: str, piece: Piece, _packed: list[bytes]) -> tuple[int, Any]:
+        count = len(piece.vertices)
+        return piece.number, np.concatenate([np.repeat(array, count, axis=0).reshape(-1) for array in one.arrays()])
+
+    def look(number: int, vertices: Any, _as_block: bool) -> tuple[int, list[bytes], bytes]:
+        return number, [os.urandom(SEEN_BYTES) for _ in vertices], b""
+
+    def rows(vertices: Any, _packed: list[bytes]) -> tuple[Any, Any]:
+        return vertices, np.zeros((len(vertices), 1, recipe["settings"]["order"] ** 2), np.float32)
+
+    made: dict[str, Callable[..., Any]] = {"fit": fit, "look": look, "rows": rows}
+    return lambda task: made[task[0]](*task[1])
+
+
+def _find_peaks(folder: Path, vertices: Sequence[int], command: str) -> Steps[tuple[list[int], list[Peak]]]:
+    distributed = load_distributed()
     if not Path("/proc/self/smaps_rollup").exists():
         raise MissingCapability("This system does not tell the memory of a process by kind", "Measure on Linux")
     peaks = list[Peak]()
@@ -80,12 +128,12 @@ def cluster_memory(folder: Path, vertices: Sequence[int] = VERTICES) -> Steps[li
         with distributed.LocalCluster(
             n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
         ) as cluster:
-            words = ["bake", str(model), *WORDS, "--cluster", cluster.scheduler_address]
+            words = [command, "bake", str(model), *WORDS, "--cluster", cluster.scheduler_address]
             peaks.append((yield from _watch(words, folder, cluster, index / len(sizes), f"{count:,} vertices")))
-    return [_find(who, sizes, peaks) for who in ("worker", "client")]
+    return sizes, peaks
 
 
-def _library() -> Any:
+def load_distributed() -> Any:
     try:
         import distributed
     except ImportError:
@@ -96,7 +144,7 @@ def _library() -> Any:
 
 def cluster_price(folder: Path) -> Steps[list[Accuracy]]:
     """Errors of the predicted seconds of the fits of a bake on two and four workers that wait in place of computing."""
-    distributed = _library()
+    distributed = load_distributed()
     mesh = open_mesh(str(_make_model(folder / "relief.ply", PRICED)))
     order = flood(mesh)
     parts, found = blocks(order), list[Accuracy]()
@@ -113,7 +161,7 @@ def cluster_price(folder: Path) -> Steps[list[Accuracy]]:
             with open_workers(Remote(cluster.scheduler_address, wait, recipe)) as run:
                 list(each_of(run, [(number, b"") for number in range(4 * workers)]))  # until workers are ready
                 taken_s = yield from part(_run_all(order, parts, run, starts * sizes), index / 2, (index + 1) / 2)
-        rounds = [schedule_s(stage, [1.0] * workers, link, SERVICE_S, seed) for seed in range(ROUNDS)]
+        rounds = [schedule_s(stage, [1.0] * workers, link, SERVICE_S, seed, TASK_S) for seed in range(ROUNDS)]
         expected_s = sum(rounds) / ROUNDS
         what = (
             f"of the seconds of {len(parts):,} fits of {len(mesh.positions):,} vertices on {workers} workers: "
@@ -169,8 +217,9 @@ def make_relief(path: Path, count: int) -> int:
 def _watch(words: Sequence[str], folder: Path, cluster: Any, done: float, note: str) -> Steps[Peak]:
     """Run a bake and look at its memory, and at that of the worker."""
     start, worker, most, files = time.monotonic(), 0, 0, 0
-    command = [sys.executable, "-c", _COMMAND, *words, "-o", str(folder / "baked.transport")]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, "-c", *words, "-o", str(folder / "baked.transport")]
+    path = os.pathsep.join(sys.path)
+    environment = {**os.environ, "PYTHONPATH": path, "MALLOC_MMAP_THRESHOLD_": str(_MAPPED_BYTES)}
 
     def look(process: int) -> None:
         nonlocal worker, most, files
@@ -180,7 +229,7 @@ def _watch(words: Sequence[str], folder: Path, cluster: Any, done: float, note: 
             everything, mapped = memory_of(each.process.pid) if each.process is not None else (0, 0)
             worker = max(worker, everything - mapped)
 
-    yield from run_watched(command, words[1], look, Step(done, note), environment)
+    yield from run_watched(command, words[2], look, Step(done, note), environment)
     return Peak(worker, most, files, time.monotonic() - start)
 
 
@@ -192,7 +241,8 @@ def _find(who: str, sizes: Sequence[int], peaks: Sequence[Peak]) -> Accuracy:
         for size, each, peak in zip(sizes, found, peaks, strict=True)
     )
     words = {"worker": "a worker", "client": "the process that writes, without mapped files,"}
-    what = f"GiB of {words[who]} at {LARGEST:,} vertices by a line of {slope:,.0f} bytes a vertex; {table}"
+    what = f"GiB of {words[who]} at {LARGEST:,} vertices, and their backs, by a line of {slope:,.0f} bytes a vertex; "
+    what += table
     more = {
         "vertices": list(sizes),
         "peak_bytes": found,
