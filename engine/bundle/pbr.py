@@ -112,7 +112,7 @@ def _layers(archive: Archive, text: str) -> OpenPbr | MetallicRoughness:
             archive.path, f"states layers that there are not ({error})", "Export the bundle again"
         ) from None
     if not isinstance(found, OpenPbr | MetallicRoughness):
-        raise InputError(archive.path, "states layers that are no OpenPBR model or coat", "Export the bundle again")
+        raise InputError(archive.path, "states layers of a model that has none", "Export the bundle again")
     return found
 
 

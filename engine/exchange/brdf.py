@@ -92,7 +92,12 @@ def contents(subject: Subject, _settings: Settings, _loss: str) -> Steps[Content
             warnings.append(f"{name}.mtlx leaves out the rotation of the anisotropy, {away}")
     else:
         own = brdf if isinstance(brdf, MetallicRoughness) else MetallicRoughness()
-        start = MetallicRoughness(coat_weight=own.coat_weight, coat_roughness=own.coat_roughness)
+        start = MetallicRoughness(
+            coat_weight=own.coat_weight,
+            coat_roughness=own.coat_roughness,
+            sheen_color=own.sheen_color,
+            sheen_roughness=own.sheen_roughness,
+        )
         found = yield from part(fit(data, start), 0.55, 0.95)
         nearest, error = found.brdf, found.after.rmse_rel
         files[f"{name}.mtlx"] = materialx(name, found.brdf, error)

@@ -14,6 +14,7 @@ from typing import Any
 from engine.brdf.models.microfacet import MetallicRoughness
 from engine.brdf.models.openpbr import OpenPbr, base_width, two_widths
 from engine.core.params import parameters
+from engine.exchange.readers.layers import fuzz_like
 
 #: Parameters of the model that maps hold, or that are no input of the surface.
 _OF_MAPS = ("base_color", "base_metalness", "specular_roughness", "specular_ior", "rotation_deg")
@@ -28,12 +29,13 @@ Layers = OpenPbr | MetallicRoughness
 def openpbr_inputs(layers: Layers, omitted: tuple[str, ...] = _OF_MAPS) -> Iterator[tuple[str, str, str]]:
     """Name, type and value of the inputs of `open_pbr_surface` that are not at their default.
 
-    A clear coat of glTF is the nearest coat of OpenPBR.
+    A clear coat of glTF is the nearest coat of OpenPBR, and sheen fuzz.
     """
     if isinstance(layers, MetallicRoughness):
-        layers = OpenPbr(
-            coat_weight=layers.coat_weight, coat_roughness=layers.coat_roughness, coat_ior=1.5, coat_darkening=0.0
-        )
+        of_coat: dict[str, Any] = {"coat_weight": layers.coat_weight, "coat_roughness": layers.coat_roughness}
+        if layers.coat_weight:
+            of_coat |= {"coat_ior": 1.5, "coat_darkening": 0.0}
+        layers = OpenPbr(**of_coat, **fuzz_like(layers.sheen_color, layers.sheen_roughness))
     for each in parameters(layers):
         value = getattr(layers, each.name)
         usual = 0.0 if each.name.endswith("anisotropy") else each.default
@@ -51,6 +53,8 @@ def gltf_values(layers: Layers, roughness: float) -> dict[str, Any]:
     if layers.coat_weight:
         found |= {"clearcoat": layers.coat_weight, "clearcoat_roughness": layers.coat_roughness}
     if isinstance(layers, MetallicRoughness):
+        if any(layers.sheen_color):
+            found |= {"sheen_color": layers.sheen_color, "sheen_roughness": layers.sheen_roughness}
         return found
     if layers.fuzz_weight:
         found["sheen_color"] = tuple(layers.fuzz_weight * channel for channel in layers.fuzz_color)
@@ -114,7 +118,8 @@ def name_layers(layers: Layers | None) -> list[str]:
     if layers is None:
         return []
     if isinstance(layers, MetallicRoughness):
-        return ["clear coat"] if layers.coat_weight else []
+        own = {"clear coat": layers.coat_weight > 0.0, "sheen": any(layers.sheen_color)}
+        return [words for words, is_seen in own.items() if is_seen]
     said = {
         "clear coat": layers.coat_weight > 0.0,
         "fuzz": layers.fuzz_weight > 0.0,
@@ -127,9 +132,12 @@ def name_layers(layers: Layers | None) -> list[str]:
 
 
 def openpbr_warnings(layers: Layers | None) -> tuple[str, ...]:
-    """A sentence on a clear coat of glTF, which OpenPBR shows otherwise; none where there is none."""
-    said = "the clear coat of glTF is written as OpenPBR's coat, which is another lobe"
-    return (said,) if isinstance(layers, MetallicRoughness) and layers.coat_weight else ()
+    """Sentences on clear coat and sheen of glTF, which OpenPBR shows otherwise; none where there are none."""
+    if not isinstance(layers, MetallicRoughness):
+        return ()
+    coat = "the clear coat of glTF is written as OpenPBR's coat, which is another lobe"
+    sheen = "the sheen of glTF is written as OpenPBR's fuzz, which is another lobe"
+    return (*((coat,) if layers.coat_weight else ()), *((sheen,) if any(layers.sheen_color) else ()))
 
 
 def gltf_warnings(layers: Layers | None) -> tuple[str, ...]:

@@ -94,8 +94,13 @@ def _document(
     open_pbr = {"base_color": "base_color", "metallic": "base_metalness", "roughness": "specular_roughness"}
     if "normal" in names:
         open_pbr["normal"] = "geometry_normal"
-    yield from _surface(subject, "open_pbr_surface", open_pbr, "specular_ior", ior)
-    yield from _surface(subject, "gltf_pbr", {node: node for node in names}, "ior", ior)
+    surfaces = [
+        _surface(subject, "open_pbr_surface", open_pbr, "specular_ior", ior),
+        _surface(subject, "gltf_pbr", {node: node for node in names}, "ior", ior),
+    ]
+    # the first is what the layers are of, which readers take
+    for lines in surfaces if subject.maps.of_gltf is None else reversed(surfaces):
+        yield from lines
     yield "</materialx>"
 
 

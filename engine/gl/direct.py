@@ -389,7 +389,9 @@ class DirectRenderer:
             definitions |= {name: value for name, value in layers.items() if name not in OF_TEXELS}
         elif scene.pbr is not None:
             definitions |= {} if scene.pbr.multiple_scattering else {"SINGLE_SCATTERING": "1"}
-            definitions |= {} if scene.pbr.coat is None else {"PBR_COAT": "1"}
+            over = scene.pbr.of_gltf
+            definitions |= {"PBR_COAT": "1"} if over is not None and over.coat_weight else {}
+            definitions |= {"PBR_SHEEN": "1"} if over is not None and any(over.sheen_color) else {}
         elif scene.pbr is None and isinstance(scene.brdf, Model):
             definitions |= scene.brdf.shader_definitions
         definitions |= {"HEX_TILING": "1"} if scene.has_texels and scene.tiling_mode == "hex" else {}

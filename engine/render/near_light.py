@@ -99,7 +99,7 @@ def facets_of(brdf: Brdf, count: int) -> Facets | None:
     length = np.ones(count)
     if isinstance(brdf, Lambert):
         return Facets(repeat(brdf.albedo), repeat((0.0,) * 3), repeat((1.0, 1.0)), length, shields=False, glossy=False)
-    if isinstance(brdf, MetallicRoughness) and brdf.coat_weight == 0.0:
+    if isinstance(brdf, MetallicRoughness) and brdf.coat_weight == 0.0 and not any(brdf.sheen_color):
         base, alpha = np.asarray(brdf.base_color), max(brdf.roughness, SMOOTHEST) ** 2
         diffuse, f0 = (1.0 - brdf.metallic) * base, 0.04 + (base - 0.04) * brdf.metallic
         again = brdf.multiple_scattering

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.models.microfacet import MetallicRoughness
 from engine.brdf.models.multiple_scattering import SMOOTHEST
@@ -154,25 +154,25 @@ class Texels:
             value[spread] = reflect_spread(
                 wi[spread], wo[spread], *there, self.spread[at], self.length[at], self.scatters_again
             )
-        return self._cover(point, value, wi, wo)
+        return self._cover(point, value, wi, wo, np.where(is_spread, self.length[point], 1.0))
 
     def even_product(self, point: Indices, wi: Floats, wo: Floats) -> Floats:
         """The same of the normals themselves, which do not differ within a point."""
         return self._cover(point, self._f(point, wi, wo) * wi[:, 2:], wi, wo)
 
     def _f(self, point: Indices, wi: Floats, wo: Floats) -> Floats:
-        """Values (K, 3) in 1/sr at the points (K,) for directions (K, 3) in their bent frames, but for a clear coat."""
+        """Values (K, 3) in 1/sr at the points (K,) for directions (K, 3) in their bent frames, below glTF layers."""
         there = self.base_colour[point], self.roughness[point], self.metallic[point], self.f0[point]
         if isinstance(self.layers, OpenPbr):
             return reflect_layers(self.layers, wi, wo, *there)
         return reflectance(wi, wo, *there, self.scatters_again)
 
-    def _cover(self, point: Indices, value: Floats, wi: Floats, wo: Floats) -> Floats:
-        """`value` (K, 3), f times the cosine, under a clear coat, whose normal is that of the surface."""
+    def _cover(self, point: Indices, value: Floats, wi: Floats, wo: Floats, length: ArrayLike = 1.0) -> Floats:
+        """`value` (K, 3), f times the cosine, under sheen, and a clear coat, whose normal is that of the surface."""
         if not isinstance(self.layers, MetallicRoughness):
             return value
         assert self.upright is not None
-        return cover(self.layers, value, wi, wo, self.upright[point], self.scatters_again)
+        return cover(self.layers, value, wi, wo, self.upright[point], self.scatters_again, length)
 
     def in_frames(self, frame: Floats, bent: Floats) -> Texels:
         """The same where normals bend frames (N, 3, 3) of the surface to those of `bend_frames`."""

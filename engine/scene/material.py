@@ -119,7 +119,7 @@ def material_of_maps(maps: PbrMaps, name: str, health: Health | None = None) -> 
     base = tuple(round(float(mean), 5) for mean in maps.base_colour.mean(axis=(0, 1), dtype=np.float64))
     metallic, roughness = (round(float(each.mean(dtype=np.float64)), 5) for each in (maps.metallic, maps.roughness))
     mean: Model = replace(
-        maps.coat or MetallicRoughness(),
+        maps.of_gltf or MetallicRoughness(),
         base_color=(base[0], base[1], base[2]),
         metallic=metallic,
         roughness=max(roughness, 0.01),

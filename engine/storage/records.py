@@ -187,7 +187,8 @@ class PbrRecord(_Strict):
     `white_radiance` is that of the white card which maps beside a shading map or a directional map are relative to;
     `wide` is of base colours in a wider space.
     `multiple_scattering` says whether light that facets scatter more than once is added to the highlight. `layers` is
-    the text of an OpenPBR model, of which all but the base counts, or of a metallic-roughness with a clear coat.
+    the text of an OpenPBR model, of which all but the base counts, or of a metallic-roughness, of which sheen and
+    clear coat count.
     `tiles` is how many UDIM tiles a side the maps hold: texture coordinates are divided by it.
     """
 

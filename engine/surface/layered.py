@@ -1,7 +1,8 @@
-"""The reflectance of PBR maps under layers: OpenPBR with colour, metalness, roughness and f0 of each texel, or a coat.
+"""The reflectance of PBR maps under layers: OpenPBR with what each texel has of its base, or sheen and coat of glTF.
 
 Coat, fuzz, film and what else a texel does not say are those of one `OpenPbr` for all. The clear coat of glTF lies over
-any texel, about the normal of the surface whatever the map of normals (`engine.brdf.models.clear_coat`).
+any texel, about the normal of the surface whatever the map of normals (`engine.brdf.models.clear_coat`); its sheen lies
+below, about the normal of the map (`engine.brdf.models.sheen`), and about their mean where a pixel covers several.
 
 Where a pixel covers normals that differ, the variances of their slopes are added to the squares of the widths of
 OpenPBR's highlights (Olano2010), which is coarser than what maps without layers have
@@ -17,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from engine.brdf.models.clear_coat import coat_lobe, coat_share
 from engine.brdf.models.microfacet import MetallicRoughness
 from engine.brdf.models.openpbr import Base, OpenPbr, base_width, coat_widths, reflect, two_widths
+from engine.brdf.models.sheen import sheen
 from engine.surface.metallic_roughness import reflectance
 from engine.surface.pbr_maps import PbrMaps
 
@@ -24,6 +26,9 @@ Floats = NDArray[np.float64]
 
 #: Largest f0 that an index of refraction stands for.
 MAX_F0 = 0.9
+
+#: Least cosine at which sheen is evaluated.
+LOWEST = 1e-6
 
 #: The normal of the surface where none bends it.
 UP = np.array([0.0, 0.0, 1.0])
@@ -81,21 +86,47 @@ def reflect_maps(
     if maps.openpbr is not None:
         return reflect_layers(maps.openpbr, wi, wo, base_colour, roughness, metallic, f0) * cosine
     value = reflectance(wi, wo, base_colour, roughness, metallic, f0, maps.multiple_scattering) * cosine
-    if maps.coat is None:
+    if maps.of_gltf is None:
         return value
-    return cover(maps.coat, value, wi, wo, upright, maps.multiple_scattering)
+    return cover(maps.of_gltf, value, wi, wo, upright, maps.multiple_scattering)
 
 
 def cover(
-    coat: MetallicRoughness, value: Floats, wi: Floats, wo: Floats, upright: ArrayLike, scatters_again: bool
+    layers: MetallicRoughness,
+    value: Floats,
+    wi: Floats,
+    wo: Floats,
+    upright: ArrayLike,
+    scatters_again: bool,
+    length: ArrayLike = 1.0,
 ) -> Floats:
-    """`value` (..., 3), f times the cosine of what lies below, under a clear coat.
+    """`value` (..., 3), f times the cosine of what lies below, under the sheen and the clear coat of glTF.
 
     Parameters
     ----------
-    coat : of which the weight and the roughness of the coat count.
-    wi, wo, upright : (..., 3) unit directions that broadcast, to the light, the viewer and along the coat's normal.
+    layers : of which sheen and coat count.
+    wi, wo, upright : (..., 3) unit directions that broadcast, to the light, the viewer and along the coat's normal; the
+        normal of the sheen is +z.
+    length : (...) of the mean of the normals that a point covers.
     """
+    if any(layers.sheen_color):
+        value = _lay_sheen(layers, value, wi, wo, np.asarray(length))
+    return _lay_coat(layers, value, wi, wo, upright, scatters_again) if layers.coat_weight else value
+
+
+def _lay_sheen(layers: MetallicRoughness, value: Floats, wi: Floats, wo: Floats, length: Floats) -> Floats:
+    wi, wo = np.broadcast_arrays(np.asarray(wi, np.float64), wo)
+    both, lit = wi + wo, (wi[..., 2] > 0.0) & (wo[..., 2] > 0.0)
+    sine2 = (both[..., 0] ** 2 + both[..., 1] ** 2) / np.maximum(np.sum(both * both, axis=-1), 1e-12)
+    light, viewer = (np.maximum(each[..., 2], LOWEST) for each in (wi, wo))
+    fibres, left = sheen(light, viewer, np.minimum(sine2, 1.0), layers.sheen_roughness, max(layers.sheen_color))
+    shown = np.where(lit, length * wi[..., 2] * fibres, 0.0)
+    return np.asarray(left[..., None] * value + shown[..., None] * np.asarray(layers.sheen_color))
+
+
+def _lay_coat(
+    coat: MetallicRoughness, value: Floats, wi: Floats, wo: Floats, upright: ArrayLike, scatters_again: bool
+) -> Floats:
     wi, wo, upright = np.broadcast_arrays(np.asarray(wi, np.float64), wo, upright)
     light, viewer = np.sum(wi * upright, axis=-1), np.sum(wo * upright, axis=-1)
     share = np.asarray(coat_share(viewer, coat.coat_weight))

@@ -131,8 +131,8 @@ class PbrMaps(Summary):
     multiple_scattering : True if light that facets scatter more than once is beside their highlight, as materials of
         other programs want it; False for maps that were fitted to photographs, whose highlight holds it already.
     layers : what lies over the base, the same at all texels (`engine.surface.layered`); None for nothing. An OpenPBR
-        model is the whole of what texels reflect, whose base alone is that of the maps; of `metallic-roughness` the
-        clear coat counts, which glTF lays over the maps.
+        model is the whole of what texels reflect, whose base alone is that of the maps; of `metallic-roughness` sheen
+        and clear coat count, which glTF lays over the maps.
     wide : the base colours in a wider space, in which the maps were made; None for Rec.709.
     tiles : a side of the square of UDIM tiles that the maps hold: texture coordinates are divided by it.
     """
@@ -179,13 +179,13 @@ class PbrMaps(Summary):
                 _check_sigma(name, sigma, (*shape, 3) if name == "base_colour" else shape)
 
     @property
-    def coat(self) -> MetallicRoughness | None:
-        """The clear coat of glTF; None where there is none, or an OpenPBR model in its place."""
+    def of_gltf(self) -> MetallicRoughness | None:
+        """Sheen and clear coat of glTF; None where there are none, or an OpenPBR model in their place."""
         return self.layers if isinstance(self.layers, MetallicRoughness) else None
 
     @property
     def openpbr(self) -> OpenPbr | None:
-        """The OpenPBR model that texels are; None where they are the base, or it and a clear coat."""
+        """The OpenPBR model that texels are; None where they are the base, or it under layers of glTF."""
         return self.layers if isinstance(self.layers, OpenPbr) else None
 
     @property

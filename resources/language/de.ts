@@ -13915,6 +13915,14 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Wurzel der Breite des Glanzlichts des Lacks.</translation>
   </message>
   <message>
+   <source>Colour of the sheen.</source>
+   <translation>Farbe des Sheens.</translation>
+  </message>
+  <message>
+   <source>Roughness of the sheen.</source>
+   <translation>Rauheit des Sheens.</translation>
+  </message>
+  <message>
    <source>Ward</source>
    <translation>Ward</translation>
   </message>
@@ -17176,8 +17184,8 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
    <translation>nennt Schichten, die es nicht gibt (%1)</translation>
   </message>
   <message>
-   <source>states layers that are no OpenPBR model or coat</source>
-   <translation>nennt Schichten, die kein OpenPBR-Modell und kein Lack sind</translation>
+   <source>states layers of a model that has none</source>
+   <translation>nennt Schichten eines Modells, das keine hat</translation>
   </message>
   <message>
    <source>The BRDF is not a fit.</source>
@@ -17413,6 +17421,10 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
   <message>
    <source>the clear coat of glTF is written as OpenPBR's coat, which is another lobe</source>
    <translation>der Klarlack von glTF wird als Lack von OpenPBR geschrieben, was eine andere Keule ist</translation>
+  </message>
+  <message>
+   <source>the sheen of glTF is written as OpenPBR's fuzz, which is another lobe</source>
+   <translation>der Sheen von glTF wird als Flaum von OpenPBR geschrieben, was eine andere Keule ist</translation>
   </message>
   <message>
    <source>fuzz is written as sheen, which is another lobe</source>
@@ -18059,6 +18071,18 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
    <translation>gibt %1 anstelle einer ganzen Zahl an</translation>
   </message>
   <message>
+   <source>roughness of the clear coat</source>
+   <translation>die Rauheit des Klarlacks</translation>
+  </message>
+  <message>
+   <source>colour of the sheen</source>
+   <translation>die Farbe des Sheens</translation>
+  </message>
+  <message>
+   <source>roughness of the sheen</source>
+   <translation>die Rauheit des Sheens</translation>
+  </message>
+  <message>
    <source>making maps</source>
    <translation>Karten werden erzeugt</translation>
   </message>
@@ -18067,12 +18091,12 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
    <translation>UDIM-Kacheln werden als eine Textur von %1 × %2 Kacheln gelesen, von je höchstens %3 Texeln</translation>
   </message>
   <message>
-   <source>roughness of the clear coat</source>
-   <translation>die Rauheit des Klarlacks</translation>
-  </message>
-  <message>
    <source>the %1 varies over its texture, %2 to %3; its mean %4 is drawn</source>
    <translation>%1 variiert über die Textur, %2 bis %3; gezeichnet wird das Mittel %4</translation>
+  </message>
+  <message>
+   <source>where a pixel covers normals that differ, the sheen is that of their mean</source>
+   <translation>wo ein Pixel verschiedene Normalen deckt, ist der Sheen der ihres Mittels</translation>
   </message>
   <message>
    <source>%1: another size than %2 × %3 texels, brought to it</source>

@@ -29,6 +29,7 @@ from engine.brdf.models.model import DiffusePart, Model
 from engine.brdf.models.multiple_scattering import SEPARABLE, SMOOTHEST, multiple_scattering, schlick_mean
 from engine.brdf.models.sampling import FRESNEL, Lobes, grey
 from engine.brdf.models.sampling_lobes import GaussianHalfVectors, HalfVectorLobe, PowerHalfVectors, VisibleGgxLobe
+from engine.brdf.models.sheen import WITHIN_ONE, sheen
 from engine.core.params import Colour, param
 
 Floats = NDArray[np.float64]
@@ -136,8 +137,9 @@ class MetallicRoughness(Model):
     c = (1 − metallic) base_color, f0 = lerp(0.04, base_color, metallic), F Schlick(f0),
     f = (1 − F) c/π + F D G/(4 n·l n·v) with the appendix's G, the product of two Smith terms. This is the appendix's
     combined form; mixing its metal and its dielectric gives the same at metallic 0 and 1. The appendix loses light that
-    facets scatter more than once; `multiple_scattering` is the share of it that is added (Kulla2017). Over it lies the
-    clear coat of KHR_materials_clearcoat (`engine.brdf.models.clear_coat`), with which the model is not reciprocal.
+    facets scatter more than once; `multiple_scattering` is the share of it that is added (Kulla2017). Over it lie the
+    sheen of KHR_materials_sheen (`engine.brdf.models.sheen`), and over that the clear coat of KHR_materials_clearcoat
+    (`engine.brdf.models.clear_coat`), with which the model is not reciprocal.
     """
 
     name: ClassVar[str] = "metallic-roughness"
@@ -155,6 +157,8 @@ class MetallicRoughness(Model):
     )
     coat_weight: float = param(0.0, 0.0, 1.0, doc="Coverage of the clear coat.", fitted=False)
     coat_roughness: float = param(0.0, 0.0, 1.0, doc="Root of the width of the coat's highlight.", fitted=False)
+    sheen_color: Colour = param((0.0, 0.0, 0.0), 0.0, 1.0, doc="Colour of the sheen.", fitted=False)
+    sheen_roughness: float = param(0.5, 0.0, 1.0, doc="Roughness of the sheen.", fitted=False)
 
     @property
     def reciprocal(self) -> bool:
@@ -165,14 +169,17 @@ class MetallicRoughness(Model):
     def energy_conserving(self) -> bool:
         """Metals and black dielectrics are; a diffuse part exceeds 1 towards grazing, where the highlight goes to 1.
 
-        Of a coat that is so of what a viewer sees of even light, not of what leaves in all directions.
+        Of a coat that is so of what a viewer sees of even light, not of what leaves in all directions. A smooth sheen
+        exceeds 1 towards grazing.
         """
-        return self.coat_weight == 0.0 and (self.metallic == 1.0 or not any(self.base_color))
+        is_within_one = self.coat_weight == 0.0 and (not any(self.sheen_color) or self.sheen_roughness >= WITHIN_ONE)
+        return is_within_one and (self.metallic == 1.0 or not any(self.base_color))
 
     @property
     def shader_definitions(self) -> dict[str, str]:
-        """The lobe of further reflections is left out where it is not asked for, and so is the coat."""
+        """The lobe of further reflections is left out where it is not asked for, and so are sheen and coat."""
         left_out = {"SINGLE_SCATTERING": not self.multiple_scattering, "NO_COAT": not self.coat_weight}
+        left_out["NO_SHEEN"] = not any(self.sheen_color)
         return {name: "1" for name, is_left_out in left_out.items() if is_left_out}
 
     def sampling_lobes(self) -> Lobes:
@@ -183,7 +190,7 @@ class MetallicRoughness(Model):
         if self.coat_weight:
             coat = max(self.coat_roughness, SMOOTHEST) ** 2
             lobes.append((VisibleGgxLobe(coat, coat), self.coat_weight * (FRESNEL + F0)))
-        return lobes, base * (1.0 - self.metallic) + again
+        return lobes, base * (1.0 - self.metallic) + again + 0.3 * grey(self.sheen_color)
 
     def formula(self, wi: Floats, wo: Floats) -> Floats:
         alpha = self.roughness**2
@@ -197,9 +204,14 @@ class MetallicRoughness(Model):
         if self.multiple_scattering > 0.0:
             width = max(alpha, SMOOTHEST**2)
             value = value + self.multiple_scattering * multiple_scattering(wi[2], wo[2], width, schlick_mean(f0))
-        if self.coat_weight == 0.0:
+        if self.coat_weight == 0.0 and not any(self.sheen_color):
             return value
         sine2 = (both[0] ** 2 + both[1] ** 2) / length**2
+        if any(self.sheen_color):
+            fibres, left = sheen(wi[2], wo[2], sine2, self.sheen_roughness, max(self.sheen_color))
+            value = left * value + channels(self.sheen_color) * fibres
+        if self.coat_weight == 0.0:
+            return value
         share = coat_share(wo[2], self.coat_weight)
         coat = coat_lobe(wi[2], wo[2], sine2, self.coat_roughness, self.multiple_scattering)
         return (1.0 - share) * value + share * coat

@@ -71,8 +71,9 @@ _READ = {
 _IMAGES = {"KHR_texture_basisu": "KTX2", "EXT_texture_webp": "WebP"}
 
 
-#: Textures of the weight of a clear coat, in red, and of its roughness, in green.
-_COAT_TEXTURES = ("clearcoatTexture", "clearcoatRoughnessTexture")
+#: Textures of layers that count with their mean: the weight of a clear coat, in red, its roughness, in green, the
+#: colour of sheen, and its roughness, in alpha.
+_MEAN_TEXTURES = ("clearcoatTexture", "clearcoatRoughnessTexture", "sheenColorTexture", "sheenRoughnessTexture")
 
 #: Factors of the extensions that are layers, by the name that `gltf_layers` has for them, with their defaults.
 _LAYERS: dict[str, dict[str, tuple[str, tuple[float, ...]]]] = {
@@ -185,8 +186,8 @@ class _Reader:
             base = tuple(channel * max(1.0 - passing, 0.0) for channel in base)
         mean = roughness[0] * (0.5 if packed is not None else 1.0)
         layers, widened = self._layers(extensions, mean)
-        coat = _dict(extensions, "KHR_materials_clearcoat") if layers else {}
-        weight, rough = (coat.get(key) for key in _COAT_TEXTURES)
+        given = {**_dict(extensions, "KHR_materials_clearcoat"), **_dict(extensions, "KHR_materials_sheen")}
+        weight, rough, sheen, sheen_rough = (given.get(key) if layers else None for key in _MEAN_TEXTURES)
         return Described(
             name,
             base_colour=Input(base, self._image(pbr.get("baseColorTexture"), "srgb")),
@@ -201,6 +202,8 @@ class _Reader:
             layers=layers,
             coat=Input(image=self._image(weight, "linear", 0)) if weight else None,
             coat_roughness=Input(image=self._image(rough, "linear", 1)) if rough else None,
+            sheen=Input(image=self._image(sheen, "auto")) if sheen else None,
+            sheen_roughness=Input(image=self._image(sheen_rough, "linear", "alpha")) if sheen_rough else None,
         )
 
     def _describe_glossiness(self, material: dict[str, Any], owner: dict[str, Any], name: str) -> Described:
@@ -230,7 +233,7 @@ class _Reader:
             for key, (name, usual) in entries.items():
                 found = self._numbers(owner, key, usual)
                 given[name] = found if len(usual) == 3 else found[0]
-            drawn = ("specularColorTexture", *_COAT_TEXTURES)
+            drawn = ("specularColorTexture", *_MEAN_TEXTURES)
             textures = [key for key in owner if key.endswith("Texture") and key not in drawn]
             if textures:
                 self.notes.append(f"{' and '.join(textures)} is passed over")

@@ -1,10 +1,10 @@
 """Layers of OpenPBR from what other surfaces put over their base: extensions of glTF, Standard Surface, USD.
 
 A layer is one for the whole material; of a texture of it the reader takes the factor, which it says. Where another
-standard has another lobe, the nearest is taken and named: glTF's and Standard Surface's sheen is drawn as fuzz. glTF's
-clear coat alone is drawn as glTF has it, over the model of its own base; beside other layers it is OpenPBR's coat,
-which neither darkens nor roughens what it covers. Light that is transmitted is lost, and what is scattered below the
-surface leaves where it came, as from a diffuse surface of that colour: a BRDF has no other place.
+standard has another lobe, the nearest is taken and named: Standard Surface's sheen is drawn as fuzz. glTF's sheen and
+clear coat are drawn as glTF has them, over the model of its own base; beside other layers they are OpenPBR's fuzz and
+coat, which neither darkens nor roughens what it covers. Light that is transmitted is lost, and what is scattered below
+the surface leaves where it came, as from a diffuse surface of that colour: a BRDF has no other place.
 """
 
 from __future__ import annotations
@@ -87,13 +87,22 @@ def standard_values(number: Number, colour: Colour) -> tuple[dict[str, Any], flo
 def gltf_layers(given: dict[str, Any], roughness: float) -> tuple[OpenPbr | MetallicRoughness | None, float, list[str]]:
     """Layers of glTF, None for none, the factor on the roughness, and what is another lobe; see `gltf_values`."""
     values, factor, notes = gltf_values(given, roughness)
-    if has_layers({**values, "coat_weight": 0.0}):
+    if has_layers({**values, "coat_weight": 0.0, "fuzz_weight": 0.0}):
         return layers_of(values), factor, notes
-    if not values["coat_weight"]:
+    own = {name: values[name] for name in ("coat_weight", "coat_roughness") if values["coat_weight"]}
+    if values["fuzz_weight"]:
+        own |= {"sheen_color": given["sheen_color"], "sheen_roughness": values["fuzz_roughness"]}
+    if not own:
         return None, 1.0, []
     declared = {each.name: each for each in parameters(MetallicRoughness)}
-    coat = {name: _inside(declared[name], values[name]) for name in ("coat_weight", "coat_roughness")}
-    return MetallicRoughness(**coat), 1.0, []
+    return MetallicRoughness(**{name: _inside(declared[name], value) for name, value in own.items()}), 1.0, []
+
+
+def fuzz_like(colour: Sequence[float], roughness: float) -> dict[str, Any]:
+    """Parameters of the fuzz of OpenPBR that stands for sheen of this colour, of the weight 0 for black."""
+    weight = max(colour)
+    tint = tuple(channel / weight for channel in colour) if weight else (1.0, 1.0, 1.0)
+    return {"fuzz_weight": weight, "fuzz_color": tint, "fuzz_roughness": roughness}
 
 
 def gltf_values(given: dict[str, Any], roughness: float) -> tuple[dict[str, Any], float, list[str]]:
@@ -104,15 +113,13 @@ def gltf_values(given: dict[str, Any], roughness: float) -> tuple[dict[str, Any]
     `roughness` is that at which αx = α + (1 − α) strength², αy = α become OpenPBR's two widths.
     """
     sheen = tuple(given.get("sheen_color", (0.0, 0.0, 0.0)))
-    weight, strength = max(sheen), given.get("anisotropy_strength", 0.0)
+    strength = given.get("anisotropy_strength", 0.0)
     values = {
         "coat_weight": given.get("clearcoat", 0.0),
         "coat_roughness": given.get("clearcoat_roughness", 0.0),
         "coat_ior": 1.5,
         "coat_darkening": 0.0,
-        "fuzz_weight": weight,
-        "fuzz_color": tuple(channel / weight for channel in sheen) if weight else (1.0, 1.0, 1.0),
-        "fuzz_roughness": given.get("sheen_roughness", 0.0),
+        **fuzz_like(sheen, given.get("sheen_roughness", 0.0)),
         "thin_film_weight": given.get("iridescence", 0.0),
         "thin_film_thickness": 1e-3 * given.get("iridescence_thickness", 100.0),
         "thin_film_ior": given.get("iridescence_ior", 1.3),
@@ -128,7 +135,7 @@ def gltf_values(given: dict[str, Any], roughness: float) -> tuple[dict[str, Any]
         factor = (along / alpha * math.sqrt((1.0 + across * across) / 2.0)) ** 0.5
     notes = ["clear coat is drawn as OpenPBR's coat"]
     notes = notes if values["coat_weight"] else []
-    return values, factor, [*notes, *(["sheen is drawn as OpenPBR's fuzz"] if weight else [])]
+    return values, factor, [*notes, *(["sheen is drawn as OpenPBR's fuzz"] if values["fuzz_weight"] else [])]
 
 
 def _inside(of: Parameter, value: Any) -> Any:

@@ -209,7 +209,9 @@ def materialx_of(content: bytes, path: Path, included: Mapping[str, bytes] = Map
     _include(root, path, included)
     found = {kind: [each for each in root if each.tag == kind] for kind in SURFACES}
     shaders = [shader for each in found.values() for shader in each]
-    shaders.sort(key=lambda shader: not _has_layers(shader))  # which the other surfaces of a document say less well
+    order = [each.tag for each in root if each.tag in ("gltf_pbr", "open_pbr_surface")]
+    if order[:1] != ["gltf_pbr"]:  # layers of OpenPBR, which other surfaces say less well, but for those made of glTF's
+        shaders.sort(key=lambda shader: not _has_layers(shader))
     if not shaders:
         known = ", ".join(SURFACES)
         raise InputError(path, "has no surface that is read", f"These are read: {known}")
@@ -565,15 +567,9 @@ def _is_same(value: str, usual: str) -> bool:
 
 
 def _has_layers(shader: Element) -> bool:
-    """True for an OpenPBR surface that states a layer, other than a coat without darkening, which may be glTF's."""
-    stated = {name for name in (*WEIGHTS, "specular_color") if _child(shader, name) is not None}
-    return shader.tag == "open_pbr_surface" and bool(stated) and not (stated == {"coat_weight"} and _is_even(shader))
-
-
-def _is_even(shader: Element) -> bool:
-    """True for a coat of OpenPBR that is said not to darken what it covers."""
-    darkening = _child(shader, "coat_darkening")
-    return darkening is not None and darkening.get("value") == "0"
+    """True for an OpenPBR surface that states a layer."""
+    stated = (name for name in (*WEIGHTS, "specular_color") if _child(shader, name) is not None)
+    return shader.tag == "open_pbr_surface" and any(stated)
 
 
 def _child(owner: Element, name: str) -> Element | None:

@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import cv2
 import numpy as np
@@ -33,15 +33,28 @@ from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
 from engine.exchange.readers.colour_spaces import SPACES
+from engine.exchange.readers.layers import fuzz_like
 from engine.images.decode import TransferChoice, image_from_reply
 from engine.scene.credits import Credits
 from engine.storage.untrusted import decode_content, read_bytes
 from engine.surface.pbr_maps import DIELECTRIC_F0, WORTH_SAYING, PbrMaps, WideColours, clip_wide, wide_text
 
 Map = NDArray[np.float32]
+Floats = NDArray[np.float64]
 
 #: Range of a texture, of 1, within which it is one value: a code of 8 bits.
 EVEN = 1.0 / 255.0
+
+#: Range of a component of normals within which they are one.
+UNEVEN = 0.02
+
+#: Images of layers by the field of `Described`, with words for them.
+_OF_LAYERS = {
+    "coat": "clear coat",
+    "coat_roughness": "roughness of the clear coat",
+    "sheen": "colour of the sheen",
+    "sheen_roughness": "roughness of the sheen",
+}
 
 #: A channel of an image, or None for its colour.
 Channel = Literal[0, 1, 2, "alpha"] | None
@@ -118,6 +131,7 @@ class Described:
     credits : as the files state them.
     layers : text of the model whose layers lie over the base (`PbrMaps.layers`); '' for none.
     coat, coat_roughness : images by which the weight and the roughness of its coat vary, or None: their means count.
+    sheen, sheen_roughness : the same of the colour and the roughness of its sheen, or of the fuzz in place of it.
     """
 
     name: str
@@ -137,6 +151,8 @@ class Described:
     layers: str = ""
     coat: Input | None = None
     coat_roughness: Input | None = None
+    sheen: Input | None = None
+    sheen_roughness: Input | None = None
     credits: Credits = field(default_factory=Credits)
 
 
@@ -155,7 +171,7 @@ def maps_of(described: Described, most: int = MAX_SIDE) -> Steps[tuple[PbrMaps, 
             decoded[image.key] = _decode(image) if tiles == 1 else _decode_atlas(image, tiles, most)
     yield Step(len(images) / (len(images) + 1), "making maps")
     found = {name: _read_channel(decoded[image.key], image) for name, image in images.items()}
-    of_coat: dict[str, Map] = {name: found.pop(name) for name in ("coat", "coat_roughness") if name in found}
+    of_layers: dict[str, Map] = {name: found.pop(name) for name in _OF_LAYERS if name in found}
     size, notes = _size(found, images, most)
     notes = [*described.notes, *notes]
     if tiles > 1:
@@ -181,27 +197,45 @@ def maps_of(described: Described, most: int = MAX_SIDE) -> Steps[tuple[PbrMaps, 
         if described.occlusion is None
         else _limit(_number(described.occlusion, found.get("occlusion"), size), "occlusion", notes),
         multiple_scattering=True,
-        layers=_layers(described.layers, of_coat, notes),
+        layers=_layers(described.layers, of_layers, normal, notes),
         wide=wide,
         tiles=tiles,
     )
     return maps, Health(findings=tuple(Finding(Verdict.WARNING, note) for note in notes))
 
 
-def _layers(text: str, of_coat: dict[str, Map], notes: list[str]) -> OpenPbr | MetallicRoughness | None:
-    """The layers of a text, their coat times the mean of images (H, W), with a sentence on those that vary."""
+def _layers(text: str, images: dict[str, Map], normal: Map, notes: list[str]) -> OpenPbr | MetallicRoughness | None:
+    """The layers of a text times the mean of images (H, W) or (H, W, 3), with a sentence on those that vary."""
     layers = brdf_from_text(text) if text else None
     assert layers is None or isinstance(layers, OpenPbr | MetallicRoughness)
-    for name, values in of_coat.items():
-        parameter = "coat_weight" if name == "coat" else name
-        label = "clear coat" if name == "coat" else "roughness of the clear coat"
-        if layers is None or not np.isfinite(values).all():
+    if layers is None:
+        return None
+    for name, values in images.items():
+        if not np.isfinite(values).all():
             continue
-        mean, low, high = (float(of(values)) for of in (partial(np.mean, dtype=np.float64), np.min, np.max))
-        layers = replace(layers, **{parameter: min(max(getattr(layers, parameter) * mean, 0.0), 1.0)})
-        if high - low > EVEN:
-            notes.append(f"the {label} varies over its texture, {low:.2g} to {high:.2g}; its mean {mean:.2g} is drawn")
+        layers = _times_mean(layers, name, values.mean(axis=(0, 1), dtype=np.float64))
+        shown = luminance(values) if values.ndim == 3 else values
+        mean, low, high = (float(of(shown)) for of in (partial(np.mean, dtype=np.float64), np.min, np.max))
+        if np.ptp(values, axis=(0, 1)).max() > EVEN:
+            words = _OF_LAYERS[name]
+            notes.append(f"the {words} varies over its texture, {low:.2g} to {high:.2g}; its mean {mean:.2g} is drawn")
+    if isinstance(layers, MetallicRoughness) and any(layers.sheen_color) and np.ptp(normal, axis=(0, 1)).max() > UNEVEN:
+        notes.append("where a pixel covers normals that differ, the sheen is that of their mean")
     return layers
+
+
+def _times_mean(layers: OpenPbr | MetallicRoughness, name: str, mean: Floats) -> OpenPbr | MetallicRoughness:
+    """The layers with one of their parameters times the mean () or (3,) of an image, which `_OF_LAYERS` has."""
+    if name == "sheen" and isinstance(layers, OpenPbr):
+        colour = np.clip(layers.fuzz_weight * np.asarray(layers.fuzz_color) * mean, 0.0, 1.0)
+        return replace(layers, **{"fuzz_weight": 0.0, **fuzz_like(tuple(colour.tolist()), layers.fuzz_roughness)})
+    words = {"coat": "coat_weight", "sheen": "sheen_color"}
+    if isinstance(layers, OpenPbr):
+        words["sheen_roughness"] = "fuzz_roughness"
+    parameter = words.get(name, name)
+    value = np.clip(np.asarray(getattr(layers, parameter)) * mean, 0.0, 1.0)
+    changed: dict[str, Any] = {parameter: tuple(value.tolist()) if value.ndim else float(value)}
+    return replace(layers, **changed)
 
 
 def _as_metal(

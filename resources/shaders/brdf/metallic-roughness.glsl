@@ -1,11 +1,12 @@
 // glTF 2.0, Appendix B.3: (1-F) (1-metallic) base_color/pi + F D G / (4 n.l n.v), G the product of two Smith terms,
-// and beside it a share of the light that facets scatter more than once; over it a clear coat.
+// and beside it a share of the light that facets scatter more than once; over it sheen, and over that a clear coat.
 // in: wi to the light, wo to the viewer, unit, surface frame (normal +z); out: 1/sr, no cosine, 0 below the horizon.
 
 #include "brdf/highlight.glsl"
 #include "brdf/microfacet.glsl"
 #include "brdf/multiple_scattering.glsl"
 #include "brdf/clear_coat.glsl"
+#include "brdf/sheen.glsl"
 
 uniform vec3 brdf_base_color;
 uniform float brdf_metallic;
@@ -27,6 +28,12 @@ vec3 brdf(vec3 wi, vec3 wo)
 #if !defined(SINGLE_SCATTERING)
     if (brdf_multiple_scattering > 0.0)
         value += brdf_multiple_scattering * multiple_scattering(wi.z, wo.z, alpha.x, f0);
+#endif
+#if !defined(NO_SHEEN)
+    if (sheen_most() > 0.0) {
+        vec2 fibres = sheen(wi.z, wo.z, dot(both.xy, both.xy) / (size * size));
+        value = fibres.y * value + fibres.x * brdf_sheen_color;
+    }
 #endif
 #if !defined(NO_COAT)
     if (brdf_coat_weight > 0.0) {

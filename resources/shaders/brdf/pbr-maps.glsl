@@ -201,7 +201,7 @@ float spread_lobe(vec3 wi, vec3 wo, vec3 h)
     return distribution * light / shadowing;
 }
 
-// The reflectance times the cosine, but for a clear coat.
+// The reflectance times the cosine, but for sheen and a clear coat.
 vec3 product_of_base(vec3 wi, vec3 wo)
 {
     float trace = spread_here.x + spread_here.y;
@@ -225,6 +225,20 @@ vec3 product_of_base(vec3 wi, vec3 wo)
     return value;
 }
 
+#if defined(PBR_SHEEN)
+#include "brdf/sheen.glsl"
+
+// The product of the base under sheen, about the mean normal (engine.surface.layered, lay_sheen).
+vec3 lay_sheen(vec3 value, vec3 wi, vec3 wo)
+{
+    vec3 both = wi + wo;
+    vec2 fibres = sheen(wi.z, wo.z, dot(both.xy, both.xy) / max(dot(both, both), 1e-12));
+    float share = spread_here.x + spread_here.y <= ALIKE ? 1.0 : length_here;
+    float cosine = wi.z > 0.0 && wo.z > 0.0 ? share * wi.z : 0.0;
+    return fibres.y * value + cosine * fibres.x * brdf_sheen_color;
+}
+#endif
+
 #if defined(PBR_COAT)
 #include "brdf/clear_coat.glsl"
 
@@ -243,11 +257,14 @@ vec3 cover(vec3 value, vec3 wi, vec3 wo)
 // The reflectance times the cosine; wi may lie below the horizon of the mean normal.
 vec3 product_of_texel(vec3 wi, vec3 wo)
 {
-#if defined(PBR_COAT)
-    return cover(product_of_base(wi, wo), wi, wo);
-#else
-    return product_of_base(wi, wo);
+    vec3 value = product_of_base(wi, wo);
+#if defined(PBR_SHEEN)
+    value = lay_sheen(value, wi, wo);
 #endif
+#if defined(PBR_COAT)
+    value = cover(value, wi, wo);
+#endif
+    return value;
 }
 
 // What a point shows is a sum of texels of one roughness (engine.render.pbr, Texels.parts): metal, what is none, and a

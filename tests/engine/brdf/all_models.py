@@ -50,6 +50,8 @@ LAYERED = (
     "rotation_deg=30",
     "metallic-roughness:base_color=1/0.6/0.3,metallic=0.4,roughness=0.5,coat_weight=0.8,coat_roughness=0.3",
     "metallic-roughness:multiple_scattering=1,coat_weight=1,coat_roughness=0",
+    "metallic-roughness:metallic=0.4,roughness=0.5,sheen_color=0.9/0.5/0.2,sheen_roughness=0.4,coat_weight=0.5",
+    "metallic-roughness:metallic=0.4,roughness=0.5,sheen_color=0.2/0.1/0,sheen_roughness=0.05",
 )
 
 

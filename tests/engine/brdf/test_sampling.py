@@ -52,6 +52,7 @@ MODELS = (
     "ggx:kd=0.1,alpha_x=0.2,alpha_y=0.6,f0=0.5",
     "metallic-roughness:base_color=0.8/0.6/0.3,metallic=0.6,roughness=0.5",
     "metallic-roughness:base_color=0.8/0.6/0.3,metallic=0.6,roughness=0.5,coat_weight=0.9,coat_roughness=0.4",
+    "metallic-roughness:base_color=0.2,roughness=0.5,sheen_color=0.9/0.7/0.5,sheen_roughness=0.3",
     "openpbr:base_color=0.8/0.6/0.3,specular_roughness=0.4,coat_weight=0.8,coat_roughness=0.4,fuzz_weight=0.3",
     "openpbr:base_metalness=1,specular_roughness=0.4,specular_roughness_anisotropy=0.6",
 )

@@ -76,9 +76,11 @@ def test_bundles_and_materialx_documents_keep_all_layers(tmp_path: Path) -> None
     assert any("fuzz is written as sheen" in words for words in made.warnings)
 
 
-def test_a_clear_coat_comes_back_as_one(tmp_path: Path) -> None:
-    """glTF and MaterialX's glTF surface say the very coat; OpenPBR's and what has no coat are named."""
-    coat = MetallicRoughness(coat_weight=0.8, coat_roughness=0.25)
+def test_layers_of_gltf_come_back_as_they_are(tmp_path: Path) -> None:
+    """glTF and MaterialX's glTF surface say the very coat and sheen; OpenPBR's and what has none are named."""
+    coat = MetallicRoughness(
+        coat_weight=0.8, coat_roughness=0.25, sheen_color=(0.75, 0.5, 0.125), sheen_roughness=0.375
+    )
     maps = replace(find_known(), layers=coat)
     subject = Subject(material_of_maps(maps, "rock"), maps, 1.0 / np.pi)
     saved = drain(save_bundle(tmp_path / "rock.lightarc", subject.material))
@@ -87,14 +89,12 @@ def test_a_clear_coat_comes_back_as_one(tmp_path: Path) -> None:
         opened = open_material(path)
         assert opened.pbr is not None
         assert opened.pbr.layers == coat
-        assert not any("coat" in words for words in opened.health.warnings)
-    assert [any("written as OpenPBR's coat" in words for words in each.warnings) for each in made] == [
-        False,
-        True,
-        True,
-    ]
+        assert not any("coat" in words or "drawn as" in words for words in opened.health.warnings)
+    for kind in ("coat", "fuzz"):
+        said = [any(f"written as OpenPBR's {kind}" in words for words in each.warnings) for each in made]
+        assert said == [False, True, True]
     assert b"inputs:clearcoat = 0.8" in made[2].files["rock.usdz"]
-    assert "layers are not written: clear coat" in drain(textures.contents(subject, Settings(), "")).warnings
+    assert "layers are not written: clear coat, sheen" in drain(textures.contents(subject, Settings(), "")).warnings
 
 
 def test_gltf_keeps_what_its_extensions_have_a_place_for(tmp_path: Path) -> None:

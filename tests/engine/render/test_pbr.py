@@ -95,9 +95,10 @@ def test_even_maps_under_layers_are_one_model() -> None:
     np.testing.assert_allclose(ours, theirs, rtol=1e-3, atol=1e-4)
 
 
-def test_even_maps_under_a_clear_coat_are_one_model() -> None:
+def test_even_maps_under_layers_of_gltf_are_one_model() -> None:
     """In direct light and in the reference; a coat over bent normals is as smooth as the surface."""
     brdf = dataclasses.replace(BRDF, coat_weight=0.7, coat_roughness=0.3, multiple_scattering=1.0)
+    brdf = dataclasses.replace(brdf, sheen_color=(0.7, 0.5, 0.3), sheen_roughness=0.4)
     maps = dataclasses.replace(maps_like(brdf), layers=brdf, multiple_scattering=True)
     scene = scene_of(maps, shape("sphere"), lamps=(Lamp((0.0, 1.0, 0.2), (1.0, 2.0, 3.0)),))
     plain = dataclasses.replace(scene, material=None, brdf=brdf)
@@ -105,7 +106,7 @@ def test_even_maps_under_a_clear_coat_are_one_model() -> None:
     np.testing.assert_allclose(ours, theirs, rtol=1e-5, atol=1e-6)
     ours, theirs = (drain(reference(each, (16, 16), samples=4)).image for each in (scene, plain))
     np.testing.assert_allclose(ours, theirs, rtol=1e-4, atol=1e-5)
-    black = dataclasses.replace(brdf, base_color=(0.0, 0.0, 0.0), metallic=1.0)
+    black = dataclasses.replace(brdf, base_color=(0.0, 0.0, 0.0), metallic=1.0, sheen_color=(0.0, 0.0, 0.0))
     values = []
     for tilt in ((0.0, 0.0, 1.0), (0.6, 0.0, 0.8)):
         bent = dataclasses.replace(maps_like(black, tilt=tilt), layers=black)
@@ -164,7 +165,17 @@ def test_opengl_shows_what_the_cpu_shows(gl: Any) -> None:
         under = brdf_from_text("openpbr:coat_weight=0.7,coat_roughness=0.2,fuzz_weight=0.3,specular_color=1/0.7/0.5")
         brushed = brdf_from_text("openpbr:specular_roughness_anisotropy=0.6,thin_film_weight=1")
         coat = dataclasses.replace(BRDF, coat_weight=0.7, coat_roughness=0.3)
-        cases = ((False, None), (True, None), (False, under), (False, brushed), (False, coat), (True, coat))
+        sheen = dataclasses.replace(BRDF, sheen_color=(0.7, 0.5, 0.3), sheen_roughness=0.3)
+        both = dataclasses.replace(coat, sheen_color=(0.7, 0.5, 0.3), sheen_roughness=0.6)
+        cases = (
+            (False, None),
+            (True, None),
+            (False, under),
+            (False, brushed),
+            (False, coat),
+            (False, sheen),
+            (True, both),
+        )
         for again, layers in cases:
             assert layers is None or isinstance(layers, OpenPbr | MetallicRoughness)
             maps = dataclasses.replace(vary(), multiple_scattering=again, layers=layers)

@@ -140,8 +140,17 @@ def ggx_isotropic(w: Frame, kd: Number, alpha: Number, f0: Number) -> tuple[Numb
     return ggx(w, kd, f0, alpha, alpha)
 
 
-def metallic_roughness(w: Frame, coat_weight: Number, coat_roughness: Number, **base: Number) -> tuple[Number, Number]:
+def metallic_roughness(
+    w: Frame,
+    coat_weight: Number,
+    coat_roughness: Number,
+    sheen_color: Number,
+    sheen_roughness: Number,
+    **base: Number,
+) -> tuple[Number, Number]:
     """KHR_materials_clearcoat over the base: the mixture by the weight times Schlick's term at the viewer's cosine."""
+    assert sheen_color == 0  # of which test_sheen.py is
+    del sheen_roughness
     value, steps = under_coat(w, **base)
     a2 = max(coat_roughness, mpmath.mpf(0.02)) ** 4
     distribution = a2 / (mpmath.pi * (w.nh**2 * (a2 - 1) + 1) ** 2)

@@ -10,6 +10,7 @@ import zlib
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
@@ -261,11 +262,52 @@ def test_textures_of_a_clear_coat_count_with_their_mean(tmp_path: Path) -> None:
     }
     found = open_material(gltf(tmp_path, {"extensions": {"KHR_materials_clearcoat": coat}}, images))
     assert found.pbr is not None
-    assert found.pbr.coat is not None
-    assert (found.pbr.coat.coat_weight, found.pbr.coat.coat_roughness) == pytest.approx((0.1, 0.4))
+    assert found.pbr.of_gltf is not None
+    assert (found.pbr.of_gltf.coat_weight, found.pbr.of_gltf.coat_roughness) == pytest.approx((0.1, 0.4))
     assert found.pbr.size == (1, 1)
     (said,) = found.health.warnings
     assert said == "the roughness of the clear coat varies over its texture, 0 to 1; its mean 0.5 is drawn"
+
+
+def test_textures_of_sheen_count_with_their_mean(tmp_path: Path) -> None:
+    """The colour decoded from sRGB, the roughness in alpha; beside iridescence both are of the fuzz in its place.
+
+    Relief below a pixel is not in the sheen, which is said.
+    """
+    codes = np.zeros((2, 2, 4), np.uint8)
+    codes[0], codes[1, :, 3] = (188, 255, 0, 255), 51
+    ok, encoded = cv2.imencode(".png", codes[..., [2, 1, 0, 3]])
+    assert ok
+    images = [{"uri": "data:image/png;base64," + base64.b64encode(encoded.tobytes()).decode()}]
+    relief = np.full((2, 2, 3), 128, np.uint8)
+    relief[:, 0] = (200, 128, 220)
+    images.append({"uri": "data:image/png;base64," + base64.b64encode(encode_png(relief)).decode()})
+    sheen = {
+        "sheenColorFactor": [1.0, 0.5, 0.5],
+        "sheenColorTexture": {"index": 0},
+        "sheenRoughnessFactor": 0.5,
+        "sheenRoughnessTexture": {"index": 0},
+    }
+    extensions = {"KHR_materials_sheen": sheen}
+    alone = open_material(gltf(tmp_path, {"extensions": extensions, "normalTexture": {"index": 1}}, images))
+    assert alone.pbr is not None
+    assert alone.pbr.of_gltf is not None
+    red = 0.5 * (((188.0 / 255.0) + 0.055) / 1.055) ** 2.4
+    assert alone.pbr.of_gltf.sheen_color == pytest.approx((red, 0.25, 0.0))
+    assert alone.pbr.of_gltf.sheen_roughness == pytest.approx(0.3)
+    assert [words.partition(" varies")[0] for words in alone.health.warnings] == [
+        "the colour of the sheen",
+        "the roughness of the sheen",
+        "where a pixel covers normals that differ, the sheen is that of their mean",
+    ]
+    extensions["KHR_materials_iridescence"] = {"iridescenceFactor": 1.0}
+    beside = open_material(gltf(tmp_path, {"extensions": extensions}, images))
+    assert beside.pbr is not None
+    assert beside.pbr.openpbr is not None
+    assert beside.pbr.openpbr.fuzz_weight == pytest.approx(red)
+    assert beside.pbr.openpbr.fuzz_color == pytest.approx((1.0, 0.25 / red, 0.0))
+    assert beside.pbr.openpbr.fuzz_roughness == pytest.approx(0.3)
+    assert "sheen is drawn as OpenPBR's fuzz" in beside.health.warnings
 
 
 def test_specular_and_glossiness_become_metal_and_roughness(tmp_path: Path) -> None:
