@@ -2,7 +2,8 @@
 
 Coat, fuzz, film and what else a texel does not say are those of one `OpenPbr` for all. The clear coat of glTF lies over
 any texel, about the normal of the surface whatever the map of normals (`engine.brdf.models.clear_coat`); its sheen lies
-below, about the normal of the map (`engine.brdf.models.sheen`), and about their mean where a pixel covers several.
+below, about the normal of the map (`engine.brdf.models.sheen`), and about their mean where a pixel covers several:
+images of relief of slopes of 0.2 and 0.5 seen from afar are then some 2 % and 10 % darker than from near.
 
 Where a pixel covers normals that differ, the variances of their slopes are added to the squares of the widths of
 OpenPBR's highlights (Olano2010), which is coarser than what maps without layers have
