@@ -17855,6 +17855,10 @@ Amortisation: mit ihrer Vorberechnung braucht %1 bei gleichem Fehler weniger Zei
    <translation>%1 von %2 entfällt</translation>
   </message>
   <message>
+   <source>Kd is 0 and is taken as 1 under map_Kd</source>
+   <translation>Kd ist 0 und gilt unter map_Kd als 1</translation>
+  </message>
+  <message>
    <source>the relief of %1 is not drawn</source>
    <translation>das Relief von %1 wird nicht gezeichnet</translation>
   </message>

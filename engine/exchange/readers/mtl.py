@@ -132,6 +132,10 @@ def _describe(path: Path, said: Mapping[str, str], name: str) -> Described:
         named = " ".join(words).replace("\\", "/")
         return Image(Path(named), named[:60], transfer, channel) if named else None
 
+    base = numbers("kd", (1.0 if "map_kd" in said else 0.8,) * 3)
+    if "map_kd" in said and not any(base):  # programs write so that take the image alone
+        base = (1.0,) * 3
+        notes.append("Kd is 0 and is taken as 1 under map_Kd")
     exponent = max(numbers("ns", (0.0,))[0], 0.0)
     has_highlight = numbers("illum", (2.0,))[0] >= 2.0
     strength = sum(numbers("ks", (0.5,) * 3)) / 3.0 if has_highlight else 0.0
@@ -143,7 +147,7 @@ def _describe(path: Path, said: Mapping[str, str], name: str) -> Described:
     notes += _list_passed(said, numbers)
     return Described(
         name[:60],
-        base_colour=Input(numbers("kd", (0.8,) * 3), image("map_kd", "auto")),
+        base_colour=Input(base, image("map_kd", "auto")),
         roughness=Input(
             (1.0,) if "map_pr" in said else numbers("pr", ((2.0 / (exponent + 2.0)) ** 0.25,)),
             image("map_pr", "linear", 0),

@@ -142,6 +142,24 @@ def test_libraries_give_base_colour_highlight_and_metal(model: Path) -> None:
     assert "of 3 materials, 'worn' is taken; parts.obj#NAME chooses another one" in opened.health.warnings
 
 
+@pytest.mark.parametrize(
+    ("kd", "colour", "notes"),
+    [
+        ("Kd 0 0 0\n", 1.0, ["Kd is 0 and is taken as 1 under map_Kd"]),
+        ("", 1.0, []),
+        ("Kd 0.5 0.5 0.5\n", 0.5, []),
+    ],
+)
+def test_an_image_is_not_black_by_a_colour_that_programs_ignore(
+    model: Path, kd: str, colour: float, notes: list[str]
+) -> None:
+    (model.parent / "parts.mtl").write_text(f"newmtl worn\n{kd}map_Kd maps/base.png\n")
+    worn = part(open_material(model, parts=True), "worn")
+    assert worn.pbr is not None
+    assert worn.pbr.base_colour[0, 0] == pytest.approx((colour,) * 3)
+    assert worn.health.warnings == notes
+
+
 def test_a_model_without_its_library_says_so(model: Path) -> None:
     assert find_doubt_of_parts(model) is None
     (model.parent / "parts.mtl").unlink()
