@@ -113,7 +113,7 @@ def test_maps_of_a_surface_lie_beside_what_comes_from_photographs(tmp_path: Path
 
 def test_photographs_beside_maps_are_refused(tmp_path: Path) -> None:
     both = dataclasses.replace(woven_material(12, 10), pbr=measure_maps())
-    with pytest.raises(UsageError, match="in place of what comes from photographs"):
+    with pytest.raises(UsageError, match="replace what comes from photographs"):
         drain(save_bundle(tmp_path / "both.lightarc", both))
 
 

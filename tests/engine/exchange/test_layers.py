@@ -259,7 +259,7 @@ def test_a_bundle_with_layers_of_another_model_is_refused(tmp_path: Path, monkey
 
     monkeypatch.setattr(pbr, "brdf_to_text", lambda _brdf: "lambert")
     saved = drain(save_bundle(tmp_path / "rock.lightarc", layered_subject().material))
-    with pytest.raises(InputError, match="no OpenPBR model"):
+    with pytest.raises(InputError, match="layers of a model that has none"):
         open_material(saved)
 
 

@@ -130,5 +130,5 @@ def test_lamps_of_photographs_are_equalised(tmp_path: Path, how: Any) -> None:
 def test_few_lamps_do_not_tell_their_gains(tmp_path: Path) -> None:
     place = write(tmp_path / "p", [np.full((20, 30), 0.2 + 0.1 * index) for index in range(4)])
     settings = ImportSettings(motion="none", equalise="object")
-    with pytest.raises(InputError, match="too few to tell"):
+    with pytest.raises(InputError, match="too few to separate"):
         drain(import_stack(find([place], [10, 20, 30, 40]), settings, tmp_path / "s"))
