@@ -35,6 +35,10 @@ ALIGNMENT_LIMIT_S = 1.0
 SHIFT_LIMIT_PX = 0.05
 _LEVELS = Levels(black=((512, 512), (512, 512)), white=16383)
 _STILL = ImportSettings(motion="none")
+
+#: How often memory is looked at, which takes milliseconds and would lengthen the import itself.
+_INTERVAL_S = 0.1
+
 _EXPOSURES_S = (1 / 240, 1 / 60)
 
 
@@ -110,10 +114,13 @@ def _time(work: Callable[[], object]) -> float:
 def _import(folder: Path, settings: ImportSettings) -> tuple[float, dict[str, float]]:
     """Seconds, and the largest sum of the memory of this process (beyond what it had) and of its decoders."""
     own = psutil.Process()
-    before, largest = own.memory_info().rss, 0
+    before, largest, looked_s = own.memory_info().rss, 0, -math.inf
 
     def watch(_: Step) -> None:
-        nonlocal largest
+        nonlocal largest, looked_s
+        if time.perf_counter() < looked_s + _INTERVAL_S:
+            return
+        looked_s = time.perf_counter()
         largest = max(largest, own.memory_info().rss + sum(_resident(child) for child in own.children()))
 
     sources = find([folder])
