@@ -183,6 +183,9 @@ VIEWER_SIDE = 1024
 #: Bytes of pixels in a page of one file, whose PNG in base64 then fits a member of a bundle, 256 MiB; and in parts.
 PIXELS_WITHIN, PIXELS_BESIDE = 190 << 20, 2 << 30
 
+#: What stands in the data of a page for its images until they are put in.
+_HERE = "images of the page"
+
 _BEYOND_ASCII = re.compile(r"[^\x00-\x7f]")
 
 _SCRIPTS = ("shaders.js", "maps.js", "tiles.js", "view.js", "panel.js")
@@ -260,9 +263,14 @@ def viewer_and_parts(material: Material, extras: Extras | None = None) -> tuple[
 
 
 def _one_file(data: dict[str, Any], files: Mapping[str, bytes]) -> str:
-    data = {**data, "pictures": {name: base64.b64encode(content).decode() for name, content in files.items()}}
+    """The page with its images in its data. They are most of its memory, and put in last."""
     style, script = (f"<{tag}>\n{text}</{tag}>" for tag, text in (("style", _style()), ("script", _script())))
-    return _document(data, _WITHIN, style, script)
+    page = _document({**data, "pictures": {_HERE: ""}}, _WITHIN, style, script)
+    before, _, after = page.rpartition(f'"{_HERE}": ""')
+    pieces = [before]
+    for name, content in files.items():
+        pieces += [f'"{name}": "' if len(pieces) == 1 else f', "{name}": "', base64.b64encode(content).decode(), '"']
+    return "".join([*pieces, after])
 
 
 def _within(data: dict[str, Any], images: _Images) -> tuple[dict[str, Any], Mapping[str, bytes]]:
