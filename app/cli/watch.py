@@ -94,7 +94,7 @@ seconds_after_last, from the end of the last photograph until the result was wri
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from app.document.import_choices import choices_of
     from app.watch.camera import Camera
-    from app.watch.project import ahead_of, write_project
+    from app.watch.project import choose_path_ahead, write_project
 
     begun_s, (folder,) = time.perf_counter(), arguments.photographs
     settings, sphere = import_.choose_settings(arguments), import_.outline_of(arguments.sphere)
@@ -111,7 +111,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     wishes = Watching(folder, arguments.expect, arguments.until_idle, arguments.angles_deg, sphere, frames)
     with ExitStack() as held:
         decoded = held.enter_context(closing(Decoded(decoding_options(folder, settings))))
-        beside = ahead_of(target) if is_project else target
+        beside = choose_path_ahead(target) if is_project else target
         ahead = held.enter_context(closing(WrittenAhead(beside, settings, decoded.options)))
         source: Camera | Notices = Notices(folder) if arguments.camera is None else Camera(folder, arguments.camera)
         with closing(source):

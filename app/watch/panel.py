@@ -18,7 +18,7 @@ from app.commands.workbench import Workbench
 from app.document.import_choices import settings_of
 from app.jobs.jobs import Job
 from app.watch.camera import Camera, find_lack
-from app.watch.project import ahead_of
+from app.watch.project import choose_path_ahead
 from app.widgets import theme
 from app.widgets.image_view import paint_whole, rgb_image
 from app.widgets.language import translate
@@ -241,7 +241,7 @@ class WatchDialog(QDialog):
             yield Step(0.0, "")
             settings = settings_of(choices)
             self.decoded = decoded = Decoded(decoding_options(folder, settings))
-            self.ahead = ahead = WrittenAhead(ahead_of(beside), settings, decoded.options)
+            self.ahead = ahead = WrittenAhead(choose_path_ahead(beside), settings, decoded.options)
             with closing(Notices(folder) if port is None else Camera(folder, port)) as source:
                 arriving = arrive(decoded, wishes, finish.is_set, source.wait, ahead)
                 return (yield from relay(arriving, _with_preview))

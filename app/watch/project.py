@@ -19,7 +19,7 @@ from engine.core.steps import Step, Steps, part, without_partials
 from engine.storage.atomic import make_folder
 
 
-def ahead_of(otherwise: Path) -> Path:
+def choose_path_ahead(otherwise: Path) -> Path:
     """The path beside which lights are written before a stack is imported for a project: in the cache, where its pixels
     will be, or `otherwise`."""
     return cache.entry("ahead") or otherwise

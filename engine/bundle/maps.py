@@ -37,7 +37,7 @@ from engine.storage.records import (
     ShadingMapRecord,
     StorageRecord,
 )
-from engine.storage.scratch import folder_of_results
+from engine.storage.scratch import find_results_folder
 
 COVERAGE = "A"
 
@@ -265,7 +265,7 @@ def _check_memory(archive: Archive, member: str, size_bytes: int) -> None:
     """Refuse pixels that are too many for any bundle, or many and more than the memory that is free would hold."""
     if size_bytes > BUNDLE_LIMIT_BYTES:
         raise InputError(archive.path, f"{member} would have {size_bytes:,} bytes of pixels", "Use a smaller bundle")
-    if size_bytes <= _READ_UNASKED_BYTES or folder_of_results() is not None:
+    if size_bytes <= _READ_UNASKED_BYTES or find_results_folder() is not None:
         return
 
     free = free_bytes()

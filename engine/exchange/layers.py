@@ -14,7 +14,7 @@ from typing import Any
 from engine.brdf.models.microfacet import MetallicRoughness
 from engine.brdf.models.openpbr import OpenPbr, base_width, two_widths
 from engine.core.params import parameters
-from engine.exchange.readers.layers import fuzz_like
+from engine.exchange.readers.layers import make_fuzz
 
 #: Parameters of the model that maps hold, or that are no input of the surface.
 _OF_MAPS = ("base_color", "base_metalness", "specular_roughness", "specular_ior", "rotation_deg")
@@ -35,7 +35,7 @@ def openpbr_inputs(layers: Layers, omitted: tuple[str, ...] = _OF_MAPS) -> Itera
         of_coat: dict[str, Any] = {"coat_weight": layers.coat_weight, "coat_roughness": layers.coat_roughness}
         if layers.coat_weight:
             of_coat |= {"coat_ior": 1.5, "coat_darkening": 0.0}
-        layers = OpenPbr(**of_coat, **fuzz_like(layers.sheen_color, layers.sheen_roughness))
+        layers = OpenPbr(**of_coat, **make_fuzz(layers.sheen_color, layers.sheen_roughness))
     for each in parameters(layers):
         value = getattr(layers, each.name)
         usual = 0.0 if each.name.endswith("anisotropy") else each.default

@@ -89,8 +89,9 @@ def read_stl(content: bytes, name: str) -> list[dict[str, Any]]:
     return found
 
 
-#: Most bytes for reading a triangle, besides the file itself: measured by `python -m benchmarks --only large-models` on
-#: each kind, and a quarter more; text takes more than numbers, and triangles that share no vertices more than others.
+#: Bytes for reading a triangle, besides the file itself. Models whose triangles share their vertices take 320 to 370
+#: (`python -m benchmarks --only large-models`), those whose triangles share none some 700 (OBJ) to 1,400 (STL). What is
+#: refused by them may be of the first kind and fit, and glTF and STL of the second kind may need more.
 FACE_BYTES = {"ply": 950, "glb": 950, "gltf": 950, "obj": 950, "stl": 900}
 TEXT_FACE_BYTES = 1400
 

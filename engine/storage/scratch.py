@@ -45,7 +45,7 @@ def keep_in_memory(size_bytes: int) -> Iterator[None]:
         IN_MEMORY_BYTES, _of_results = before
 
 
-def folder_of_results() -> Path | None:
+def find_results_folder() -> Path | None:
     """The folder for arrays that decoders answer with; None where memory holds them."""
     return _of_results
 

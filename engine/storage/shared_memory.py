@@ -117,7 +117,7 @@ class SharedFile:
 @contextmanager
 def make_shared_file() -> Iterator[SharedFile | None]:
     """A new file for one reply, or None where there are none; its room is free when the last array is gone."""
-    folder = scratch.folder_of_results()
+    folder = scratch.find_results_folder()
     if folder is not None and hasattr(os, "posix_fallocate") and not _limit():
         with scratch.open_unnamed(folder, 0) as file:
             yield SharedFile(file.fileno(), folder)

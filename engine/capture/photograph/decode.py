@@ -34,7 +34,7 @@ from engine.images.credits import read_credits
 from engine.images.exif import Exif, pixel_pitch_mm, read_exif
 from engine.images.tiff_directories import check_directories
 from engine.storage.readers import readers
-from engine.storage.scratch import folder_of_results, release
+from engine.storage.scratch import find_results_folder, release
 from engine.storage.untrusted import CHILDREN, GIBIBYTE, Decoding, build
 
 WhiteBalance = Literal["camera", "none"] | Sequence[float]
@@ -179,7 +179,7 @@ class Reading:
         self._decoding: Decoding | None = None
         if self._known is None:
             name = "engine.capture.photograph.decode:decode_photograph"
-            few = folder_of_results() is not None  # memory: the codes alone come, as there are fewer bytes of them
+            few = find_results_folder() is not None  # memory: the codes alone come, as there are fewer bytes of them
             self._decoding = Decoding(name, path, **options, codes_alone=few, memory_bytes=_MEMORY_BYTES)
 
     def wait(self, timeout_s: float) -> bool:
@@ -339,7 +339,7 @@ WORKED_ON_DISK_BYTES, DECODED_ON_DISK_BYTES = 4, 12
 def count_at_once(pixels: int, free_bytes: int) -> int:
     """Photographs of so many pixels that are decoded at once while one is worked on; 1 where none is meanwhile."""
     worked_on, decoded = WORKED_ON_BYTES, DECODED_BYTES
-    if folder_of_results() is not None:
+    if find_results_folder() is not None:
         worked_on, decoded = WORKED_ON_DISK_BYTES, DECODED_ON_DISK_BYTES
     room = int((OF_FREE * free_bytes / max(pixels, 1) - worked_on) // decoded)
     return max(1, min(room, CHILDREN, max(2, thread_count())))

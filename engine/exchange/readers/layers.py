@@ -98,7 +98,7 @@ def gltf_layers(given: dict[str, Any], roughness: float) -> tuple[OpenPbr | Meta
     return MetallicRoughness(**{name: _inside(declared[name], value) for name, value in own.items()}), 1.0, []
 
 
-def fuzz_like(colour: Sequence[float], roughness: float) -> dict[str, Any]:
+def make_fuzz(colour: Sequence[float], roughness: float) -> dict[str, Any]:
     """Parameters of the fuzz of OpenPBR that stands for sheen of this colour, of the weight 0 for black."""
     weight = max(colour)
     tint = tuple(channel / weight for channel in colour) if weight else (1.0, 1.0, 1.0)
@@ -119,7 +119,7 @@ def gltf_values(given: dict[str, Any], roughness: float) -> tuple[dict[str, Any]
         "coat_roughness": given.get("clearcoat_roughness", 0.0),
         "coat_ior": 1.5,
         "coat_darkening": 0.0,
-        **fuzz_like(sheen, given.get("sheen_roughness", 0.0)),
+        **make_fuzz(sheen, given.get("sheen_roughness", 0.0)),
         "thin_film_weight": given.get("iridescence", 0.0),
         "thin_film_thickness": 1e-3 * given.get("iridescence_thickness", 100.0),
         "thin_film_ior": given.get("iridescence_ior", 1.3),

@@ -33,7 +33,7 @@ from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
 from engine.exchange.readers.colour_spaces import SPACES
-from engine.exchange.readers.layers import fuzz_like
+from engine.exchange.readers.layers import make_fuzz
 from engine.images.decode import TransferChoice, image_from_reply
 from engine.scene.credits import Credits
 from engine.storage.untrusted import decode_content, read_bytes
@@ -228,7 +228,7 @@ def _times_mean(layers: OpenPbr | MetallicRoughness, name: str, mean: Floats) ->
     """The layers with one of their parameters times the mean () or (3,) of an image, which `_OF_LAYERS` has."""
     if name == "sheen" and isinstance(layers, OpenPbr):
         colour = np.clip(layers.fuzz_weight * np.asarray(layers.fuzz_color) * mean, 0.0, 1.0)
-        return replace(layers, **{"fuzz_weight": 0.0, **fuzz_like(tuple(colour.tolist()), layers.fuzz_roughness)})
+        return replace(layers, **{"fuzz_weight": 0.0, **make_fuzz(tuple(colour.tolist()), layers.fuzz_roughness)})
     words = {"coat": "coat_weight", "sheen": "sheen_color"}
     if isinstance(layers, OpenPbr):
         words["sheen_roughness"] = "fuzz_roughness"
