@@ -184,7 +184,7 @@ VIEWER_SIDE = 1024
 PIXELS_WITHIN, PIXELS_BESIDE = 190 << 20, 2 << 30
 
 #: What stands in the data of a page for its images until they are put in.
-_HERE = "images of the page"
+_HERE = "@images"
 
 _BEYOND_ASCII = re.compile(r"[^\x00-\x7f]")
 

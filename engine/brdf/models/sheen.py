@@ -55,7 +55,7 @@ def sheen(cosine_i: Floats, cosine_o: Floats, sine2_h: Floats, roughness: float,
     alpha = rough * rough
     masked_i, masked_o = masking(cosine_i, alpha), masking(cosine_o, alpha)
     distribution = (2.0 + 1.0 / alpha) / (2.0 * np.pi) * np.power(sine2_h, 0.5 / alpha)
-    lobe = distribution / ((1.0 + masked_i + masked_o) * (4.0 * cosine_i * cosine_o))
+    lobe = distribution / ((1.0 + (masked_i + masked_o)) * (4.0 * cosine_i * cosine_o))
     albedo = np.maximum(_albedo(cosine_i, masked_i, rough), _albedo(cosine_o, masked_o, rough))
     return lobe, np.maximum(1.0 - most * albedo, 0.0)
 

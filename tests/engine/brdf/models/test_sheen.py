@@ -91,6 +91,13 @@ def test_sheen_over_white_facets_passes_the_furnace(roughness: float) -> None:
     assert min(found) > 0.7
 
 
+@pytest.mark.parametrize("roughness", [0.0, 0.3, 1.0])
+def test_BR9_it_is_reciprocal_to_the_last_bit(roughness: float) -> None:
+    wi, wo = pairs(20_000, seed=3)
+    brdf = replace(BASE, sheen_color=(0.2, 0.7, 1.0), sheen_roughness=roughness)
+    assert np.array_equal(brdf.f(wi, wo), brdf.f(wo, wi))
+
+
 def test_black_sheen_is_the_base() -> None:
     wi, wo = pairs(200, seed=2)
     for base in (BASE, replace(BASE, coat_weight=0.7, coat_roughness=0.2)):
