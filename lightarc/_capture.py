@@ -25,7 +25,7 @@ from engine.core.steps import drain
 from engine.shading.shading_map import include
 from engine.simulate.arc import LightArc
 from engine.simulate.simulate import simulate
-from engine.surface.recover import recover
+from engine.surface.recover import check_white, recover
 from engine.surface.write import write_surface
 from lightarc._border import check_size, public
 from lightarc._inputs import File, Progress, as_azimuth, as_stack, capture_of, is_array, numeric
@@ -496,8 +496,7 @@ def recover_normals(
     """
     if is_array(stack) and lights is None:
         raise UsageError("normals need lights, one vector towards the lamp for each photograph")
-    if white is not None and not 1e-6 <= white <= 1e6:
-        raise UsageError(f"white {white} is not a positive radiance")
+    check_white(white, "white")
     images = as_stack(stack, None, lights)
     surface = drain(recover(images, include(images, excluded), white=white, left_out=errors), progress)
     if folder is not None:

@@ -11,15 +11,11 @@ from typing import Any
 from app.arguments.results import MAPS, Input, Output, software
 from engine.capture.stack import open_stack
 from engine.core.colour import REC_709
-from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, drain, part
 from engine.shading.shading_map import include
-from engine.surface.recover import recover
+from engine.surface.recover import check_white, recover
 from engine.surface.write import record, write_surface
-
-#: Largest levels of 8 and 16 bits, which are no radiance.
-LEVELS = (255.0, 65535.0)
 
 EXAMPLE = "lightarc normals dome.stack -o dome.maps"
 
@@ -48,11 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    if arguments.white is not None and not 1e-6 <= arguments.white <= 1e6:
-        raise UsageError(f"--white {arguments.white} is not a positive radiance")
-    if arguments.white in LEVELS:
-        share = "1, or its share of that where the reference is darker"
-        raise UsageError(f"--white {arguments.white:g} seems to be an 8- or 16-bit level; the white level is {share}")
+    check_white(arguments.white, "--white")
     stack = open_stack(arguments.stack)
     used = include(stack, arguments.exclude)
     finding = recover(stack, used, white=arguments.white, left_out=not arguments.no_errors)

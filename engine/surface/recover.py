@@ -21,6 +21,7 @@ from engine.capture.calibration.separation import gain_sigma_of
 from engine.capture.mask import mask_of
 from engine.capture.stack import ImageStack
 from engine.core.colour import WorkingSpace
+from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
@@ -68,6 +69,9 @@ from engine.texel.kernel import (
     show_texels,
 )
 
+#: Largest levels of 8 and 16 bits, which are no radiance.
+_LEVELS = (255.0, 65535.0)
+
 #: Texels beyond the border that are mirrored for the shadows of relief, and the lowest light that counts there.
 BORDER, LOWEST = 64, math.radians(5.0)
 
@@ -107,6 +111,17 @@ class Surface(Summary):
         height, width = self.maps.size
         error = math.degrees(self.maps.errors.normal_sigma)
         return {"size": f"{width} × {height} texels", "normal_error": f"{error:.3g}°", "white": self.white}
+
+
+def check_white(white: float | None, name: str) -> None:
+    """Refuse a radiance of a white card that none has; UsageError calls it by `name`."""
+    if white is None:
+        return
+    if not 1e-6 <= white <= 1e6:
+        raise UsageError(f"{name} {white} is not a positive radiance")
+    if white in _LEVELS:
+        share = "1, or its share of that where the reference is darker"
+        raise UsageError(f"{name} {white:g} seems to be an 8- or 16-bit level; the white level is {share}")
 
 
 def recover(

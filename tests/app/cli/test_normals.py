@@ -13,6 +13,8 @@ import pytest
 
 from app.cli.normals import report
 from app.command_line import main
+from engine.core.errors import UsageError
+from lightarc import recover_normals
 
 Run = Callable[..., SimpleNamespace]
 
@@ -84,3 +86,8 @@ def test_two_lamps_are_refused_and_nothing_is_written(lightarc: Run, dome: Path,
     assert "Traceback" not in done.err
     assert not (tmp_path / "maps").exists()
     assert lightarc("normals", dome, "-o", tmp_path / "maps", "--white", "-1").code == 2
+
+
+def test_a_level_of_8_bits_is_no_radiance_of_a_card() -> None:
+    with pytest.raises(UsageError, match="white 255 seems to be an 8- or 16-bit level; the white level is 1"):
+        recover_normals(np.full((12, 4, 4, 3), 0.3, np.float32), lights=np.ones((12, 3)), white=255)
