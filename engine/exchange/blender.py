@@ -111,7 +111,7 @@ def script(subject: Subject, loss: str) -> str:
     """The script of resources/blender with the numbers of the material."""
     material, law = subject.material, subject.material.power_law
     said = {
-        "name": subject.name,
+        "name": subject.material.name or subject.name,
         "ior": ior_of(subject.mean_f0),
         "repeats": REPEATS,
         "sigma": lambertian_sigma(material),

@@ -48,7 +48,7 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
         "occlusionRoughnessMetallic": encode(orm, loss),
     }
     material: dict[str, Any] = {
-        "name": subject.name,
+        "name": subject.material.name or subject.name,
         **_SHARED,
         "extras": {"lightarc_loss": loss},
     }

@@ -116,7 +116,8 @@ def _layer(
         yield f"    float3 xformOp:scale = ({radius}, {radius}, {radius})"
         yield '    uniform token[] xformOpOrder = ["xformOp:scale"]'
     yield from _sphere(root)
-    yield from ("", '    def Material "material"', "    {")
+    shown = subject.material.name or subject.name
+    yield from ("", '    def Material "material" (', f"        displayName = {_quote(shown)}", "    )", "    {")
     material = f"/{root}/material"
     yield f"        token outputs:surface.connect = <{material}/preview.outputs:surface>"
     yield from _preview(material, maps, ior, subject.maps.layers)
@@ -224,7 +225,8 @@ def _shader(name: str, lines: list[str] | tuple[str, ...]) -> Iterator[str]:
 
 def _quote(text: str) -> str:
     """A string of USD."""
-    return '"' + text.replace("\\", r"\\").replace('"', r"\"") + '"'
+    escaped = text.replace("\\", r"\\").replace('"', r"\"").replace("\n", r"\n")
+    return f'"{escaped}"'
 
 
 def _vector(values: NDArray[np.floating]) -> str:

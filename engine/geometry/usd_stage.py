@@ -142,10 +142,11 @@ def list_materials(stage: Any, name: str) -> dict[str, Any]:
 
 
 def name_materials(stage: Any, name: str) -> dict[str, str]:
-    """The names of the materials of a stage by their keys, no two alike."""
+    """The names of the materials of a stage by their keys, no two alike: those that are shown, where they have such."""
     found: dict[str, str] = {}
     for key, material in list_materials(stage, name).items():
-        short = material.GetPrim().GetName()[:60]
+        prim = material.GetPrim()
+        short = (prim.GetDisplayName() or prim.GetName())[:60]
         found[key] = str(material.GetPath()) if short in found.values() or short == NO_MATERIAL else short
     return found
 

@@ -32,11 +32,13 @@ def test_our_own_file_comes_back_within_its_rounding(tmp_path: Path) -> None:
     maps = find_known()
     f0 = np.linspace(0.02, 0.06, maps.f0.size, dtype=np.float32).reshape(maps.size)
     maps = type(maps)(maps.base_colour, maps.normal, maps.roughness, maps.metallic, f0)
-    subject = Subject(material_of_maps(maps, "rock"), maps, 1.0 / np.pi)
+    subject = Subject(material_of_maps(maps, "Grüner Fels"), maps, 1.0 / np.pi)
     (content,) = drain(contents(subject, Settings(), "")).files.values()
     path = tmp_path / "rock.glb"
     path.write_bytes(content)
-    found = open_material(path).pbr
+    material = open_material(path)
+    found = material.pbr
+    assert material.name == "Grüner Fels"
     assert found is not None
     step = 0.5 / 255 * 1.01
     assert np.abs(found.roughness - maps.roughness).max() <= step

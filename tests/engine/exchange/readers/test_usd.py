@@ -177,12 +177,13 @@ def test_model_and_materials_of_a_package_are_those_of_gltf(folder: Path) -> Non
 def test_our_own_exports_come_back(tmp_path: Path) -> None:
     """The package, and the layer of MaterialX over it, which is read with the package below it."""
     maps = find_known()
-    subject = Subject(material_of_maps(maps, "rock"), maps, 1.0 / np.pi)
+    subject = Subject(material_of_maps(maps, '"Röck"'), maps, 1.0 / np.pi)
     credits = Credits('The "rock"', "Änne \\ Ö.", "CC-BY-4.0", "© 2026", "https://example.com/rock")
     for name, content in drain(contents(subject, Settings(credits=credits), "")).files.items():
         (tmp_path / name).write_bytes(content)
-    for name in ("rock.usdz", "rock_materialx.usda"):
+    for name in ("R_ck.usdz", "R_ck_materialx.usda"):
         found = open_material(tmp_path / name)
+        assert found.name == '"Röck"'
         assert not found.health.warnings
         assert found.credits == credits
         assert found.pbr is not None
