@@ -290,5 +290,5 @@ def rows_of(work: wavelet_bake.Work) -> int:
 def assemble(work: wavelet_bake.Work, arrays: Mapping[str, NDArray[Any]]) -> WaveletTransport:
     """The vectors with their factors."""
     parts = (work.surface, work.ground_vertex, work.factors, work.ground_albedo, work.settings.edge)
-    bounces = vectors_of(drain(wavelet_bake.reflect(work, dict(arrays)))) if work.settings.bounces else None
+    bounces = vectors_of(drain(wavelet_bake.reflect(work, [arrays]))) if work.settings.bounces else None
     return WaveletTransport(*parts, vectors_of(arrays), None, bounces)

@@ -10,7 +10,7 @@ is played through with the seconds that the cost model predicts for this machine
   no more workers than blocks of a front are busy.
 - All that the workers are sent and send back goes through the one link of this machine, at its `bytes_per_s` and with
   `SERVICE_S` of the scheduler for each task. Each worker gets the model once, and gets ready (`READY_S`).
-- Tables, bounces in wavelets, and the file are made here, before and after (`rest_s`).
+- Tables and the file are made here, before and after (`rest_s`).
 
 No worker is lost; each that is costs the tasks that it had, and READY_S of another.
 """

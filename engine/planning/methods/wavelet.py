@@ -15,7 +15,7 @@ from engine.planning.costs.cost_model import Cost, CostModel, Load
 from engine.planning.costs.planned import PlannedBake
 from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import wavelets
-from engine.planning.costs.spread import Stage
+from engine.planning.costs.spread import MODEL_BYTES, Stage
 from engine.planning.effects.mode_error import ModeErrors, can_be_factored, wavelet_error
 from engine.scene.mode import Spread
 from engine.transport import wavelet_method
@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 #: Rays of a bounce over those of one in spherical harmonics, and the time of its rows over that of direct light's at an
 #: edge of 64, as measured on a torus knot over a floor: one without open places would take more.
 BOUNCE_RAYS, BOUNCE_ROW = 0.5, 0.5
+
+#: Bytes of a coefficient, of the rest of a vector as it is stored, and as bounces take it (`Vectors16`, `Coarse`).
+COEFFICIENT_BYTES, ROW_BYTES, START_BYTES = 6.0, 14.0, 20.0
 
 #: Ratios of measured to predicted errors.
 SPREAD = Spread(by_camera=(0.2, 4.0), around=(0.04, 1.6))
@@ -60,8 +63,7 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
     bake_s = model.rate("wavelet-fixed") + rays_s
     bake_s += rows * model.rate("wavelet-row", edge) * cutting
     if setting["interreflection"]:
-        rays_of_bounce_s = load.vertices * model.rate("bounce-rays") * load.ray_scale
-        bake_s += BOUNCES * (BOUNCE_RAYS * rays_of_bounce_s + BOUNCE_ROW * rows * model.rate("wavelet-row", 64))
+        bake_s += BOUNCES * _bounce_s(model, load, rows)
     relit = kept * (1.0 + 1.0 / SHARE if setting["interreflection"] else 1.0)
     relight_s = model.measure_turning_s("light-wavelet", edge, load) + model.rate("relight-wavelet", relit) * rows
     relight_s += load.lamps * load.vertices * model.rate("ray") * load.ray_scale
@@ -79,13 +81,30 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
 
 
 def stages(model: CostModel, setting: Setting, load: Load, _mesh: Mesh) -> tuple[Stage, ...]:
-    """Chunks of vectors with their visibility; bounces are followed here."""
+    """Chunks of vectors with their visibility, then bounces."""
     edge, rows = setting["cube"], load.model * setting["terms"] + load.ground
     kept = min(setting["coefficients"], FACES * edge * edge)
     cutting = model.rate("wavelet-coefficients", kept) / model.rate("wavelet-coefficients", 96)
     seconds = model.visibility_s(edge, load) + rows * model.rate("wavelet-row", edge) * cutting
     sizes = np.diff(wavelet_bake.vertex_bounds(load.vertices, load.model, edge))
-    return (Stage(seconds, sizes, 0.0, (6.0 * kept + 14.0) * rows / load.vertices),)
+    each = rows / load.vertices
+    chunks = Stage(seconds, sizes, 0.0, (COEFFICIENT_BYTES * kept + ROW_BYTES) * each)
+    if not setting["interreflection"]:
+        return (chunks,)
+    bounced = (COEFFICIENT_BYTES * (kept // SHARE) + ROW_BYTES) * each
+    shared = [
+        each * (COEFFICIENT_BYTES * few + START_BYTES) + MODEL_BYTES for few in (kept, *[kept // SHARE] * (BOUNCES - 1))
+    ]
+    first, *others = (
+        Stage(_bounce_s(model, load, rows), sizes, 0.0, 2.0 * bounced, shared_bytes=load.vertices * some)
+        for some in shared
+    )
+    return chunks, first, *(replace(other, sent_bytes=bounced) for other in others)
+
+
+def _bounce_s(model: CostModel, load: Load, rows: float) -> float:
+    rays_s = load.vertices * model.rate("bounce-rays") * load.ray_scale
+    return BOUNCE_RAYS * rays_s + BOUNCE_ROW * rows * model.rate("wavelet-row", 64)
 
 
 def error(errors: ModeErrors, setting: Setting) -> float:

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -341,8 +342,9 @@ def row_bounds(vertices: int, first: int, terms: int, edge: int) -> NDArray[np.i
 def bake(path: str | os.PathLike[str], work: Work, cluster: str | None = None) -> Steps[Baked]:
     """Bake into the file `path`, going on where an equal bake was interrupted; its `Step.partial` is None.
 
-    With the address of a `cluster`, its workers make the chunks (`engine.transport.baking.chunks`). OutputError where
-    the file cannot be written. Closing the generator keeps what is done for the next run.
+    With the address of a `cluster`, its workers make the chunks and follow the bounces
+    (`engine.transport.baking.chunks`). OutputError where the file cannot be written. Closing the generator keeps what
+    is done for the next run.
     """
     yield Step(0.0, f"preparing {count_text(work.vertices)} vertices, {size_text(work.size_bytes)}")
     started = time.perf_counter()
@@ -355,7 +357,7 @@ def bake(path: str | os.PathLike[str], work: Work, cluster: str | None = None) -
         direct = [chunk for chunk in missing if chunk < len(sizes)]
         visibility_s = yield from part(fill(writer, Baker(recipe, of), direct, sizes, remote), 0.0, share)
         if len(missing) > len(direct):
-            yield from part(_add_bounces(work, writer, recipe), share, 1.0)
+            yield from part(_add_bounces(work, writer, cluster), share, 1.0)
         yield Step(1.0, "writing")
     bake_s = time.perf_counter() - started
     file = open_transport(path)
@@ -365,29 +367,45 @@ def bake(path: str | os.PathLike[str], work: Work, cluster: str | None = None) -
     )
 
 
-def _add_bounces(work: Work, writer: TransportWriter, recipe: Recipe) -> Steps[None]:
+def _add_bounces(work: Work, writer: TransportWriter, cluster: str | None) -> Steps[None]:
     """Put the chunks of bounces, which follow those of direct light."""
-    chunks = len(recipe["bounds"]) - 1
-    parts = [writer.get(chunk) for chunk in range(chunks)]
-    found = yield from reflect(work, {name: np.concatenate([each[name] for each in parts]) for name in parts[0]})
-    ends = np.cumsum([len(each["counts"]) for each in parts])
-    for chunk, (stop, each) in enumerate(zip(ends, parts, strict=True)):
-        rows = slice(stop - len(each["counts"]), stop)
-        writer.put(chunks + chunk, {name: array[rows] for name, array in found.items()})
+    chunks = work.plan.chunks // 2
+    found = yield from reflect(work, (writer.get(chunk) for chunk in range(chunks)), cluster)
+    rows = row_bounds(work.vertices, work.ground_vertex, work.terms, work.settings.edge)
+    for chunk, (start, stop) in enumerate(pairwise(rows)):
+        writer.put(chunks + chunk, _widen(found, slice(start, stop), work.settings.coefficients))
 
 
-def reflect(work: Work, direct: dict[str, NDArray[Any]]) -> Steps[dict[str, NDArray[Any]]]:
-    """The vectors of bounces that belong to the `direct` ones of all vertices of `work`."""
+def _widen(rows: Mapping[str, NDArray[Any]], some: slice, coefficients: int) -> dict[str, NDArray[Any]]:
+    """Some of the vectors, with room for so many coefficients."""
+    wide = {name: np.zeros((some.stop - some.start, coefficients), rows[name].dtype) for name in ("indices", "words")}
+    for name, array in wide.items():
+        array[:, : rows[name].shape[1]] = rows[name][some]
+    return {**wide, "peaks": rows["peaks"][some], "counts": rows["counts"][some]}
+
+
+def reflect(
+    work: Work, direct: Iterable[Mapping[str, NDArray[Any]]], cluster: str | None = None
+) -> Steps[dict[str, NDArray[Any]]]:
+    """The vectors of bounces that belong to the `direct` ones of all vertices of `work`, in parts one after another."""
     bounds = vertex_bounds(work.vertices, work.ground_vertex, work.settings.edge)
-    return (yield from gather_reflections(surroundings_of(work), direct, work.settings.bounces, bounds))
+    return (yield from gather_reflections(surroundings_of(work), direct, work.settings.bounces, bounds, cluster))
 
 
 def surroundings_of(work: Work) -> Surroundings:
     """The surroundings of a bounce of `work`."""
-    surface, first, albedo = work.surface, work.ground_vertex, work.ground_albedo
-    frames = vertex_frames(surface, work.factors.isotropic)
-    rays = work.settings.gather
-    return Surroundings(surface, receivers(surface), frames, work.factors, first, albedo, rays, work.kind, work.count)
+    surface, settings = work.surface, work.settings
+    return Surroundings(
+        of=receivers(surface),
+        frames=vertex_frames(surface, work.factors.isotropic),
+        factors=work.factors,
+        first=work.ground_vertex,
+        ground_albedo=work.ground_albedo,
+        rays=settings.gather,
+        coefficients=settings.coefficients,
+        kind=work.kind,
+        kinds=work.count,
+    )
 
 
 def recipe_of(work: Work, of: Receivers) -> Recipe:
@@ -502,7 +520,7 @@ def estimate_s(work: Work) -> float:
     size = portion(settings.edge)
     total_s = shared_s + estimate_chunks_s(baker.compute_rows, work.vertices, work.ground_vertex, size)
     if settings.bounces:
-        bounce = make_full_bounce(surroundings_of(work), settings.coefficients)
+        bounce = make_full_bounce(surroundings_of(work))
         total_s += settings.bounces * estimate_chunks_s(bounce, work.vertices, work.ground_vertex, size)
     return total_s
 

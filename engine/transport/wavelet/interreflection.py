@@ -16,8 +16,10 @@ are black from behind. Bound by reading those vectors: some 300 coefficients a r
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -28,9 +30,10 @@ from engine.core.directions import Vectors
 from engine.core.kernels import parallel, prange
 from engine.core.steps import Step, Steps
 from engine.factor.separable_factors import SeparableFactors
-from engine.geometry.mesh import Mesh
-from engine.geometry.ray_caster import meets_front
+from engine.geometry.ray_caster import RayCaster, meets_front
+from engine.storage.scratch import scratch_array
 from engine.transport.baking import visibility_kernel
+from engine.transport.baking.chunks import Recipe, Remote, each_of, open_workers
 from engine.transport.baking.visibility import Receivers
 from engine.transport.sh.interreflection import make_pattern
 from engine.transport.wavelet.haar import FACES, candidates, select
@@ -46,24 +49,48 @@ EDGE, SHARE = 16, 2
 #: Rays that are followed at once.
 CHUNK_RAYS = 1 << 18
 
+#: Rows that are put together at once.
+CHUNK_ROWS = 1 << 14
+
 Rows = dict[str, NDArray[Any]]
+
+#: A task of a bounce: its vertices, and the vectors of the bounces before at these, where there were some.
+Task = tuple[NDArray[np.int64], Rows | None]
+
+#: Its result: the vertices, the vectors of this bounce, and those of all bounces so far.
+Bounced = tuple[NDArray[np.int64], Rows, Rows]
+
+
+@dataclass(frozen=True, eq=False)
+class Coarse:
+    """What a bounce takes of vectors: their coefficients up to details of an edge of `EDGE`, one vector after another.
+
+    Vector r has the `indices` and `words` (n,) from `start` (R + 1,) [r] to start[r + 1], in rising order, and `peaks`
+    (R, 3) as `Vectors16`.
+    """
+
+    start: NDArray[np.int64]
+    indices: NDArray[np.uint16]
+    words: NDArray[np.uint32]
+    peaks: NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """The surface with its receivers and frames (V, 3, 3), its factors, and the rays of a vertex for a bounce.
+    """Receivers `of` light on a surface, which are its vertices, their frames (V, 3, 3), factors, and rays of a bounce.
 
-    The ground, with its albedo, begins with vertex `first`. `kind` (first,) is that of the `kinds` BRDFs which
-    each vertex of the model has, where there are several (`WaveletTransport`).
+    The ground, with its albedo, begins with vertex `first`. `coefficients` is how many a vector of direct light has.
+    `kind` (first,) is that of the `kinds` BRDFs which each vertex of the model has, where there are several
+    (`WaveletTransport`).
     """
 
-    surface: Mesh
     of: Receivers
     frames: Vectors
     factors: SeparableFactors
     first: int
     ground_albedo: float
     rays: int
+    coefficients: int
     kind: NDArray[np.int64] | None = None
     kinds: int = 1
 
@@ -71,74 +98,181 @@ class Surroundings:
     def terms(self) -> int:
         return self.factors.terms // self.kinds
 
+    @property
+    def rows(self) -> int:
+        """Rows of all vertices."""
+        return self.first * self.terms + len(self.frames) - self.first
+
+    @property
+    def width(self) -> int:
+        """Coefficients of a vector of bounces."""
+        return max(1, self.coefficients // SHARE)
+
     def rows_of(self, vertices: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """The first row of each of `vertices`, and how many there are."""
         on_model = vertices < self.first
         row = np.where(on_model, vertices * self.terms, self.first * (self.terms - 1) + vertices)
         return row, np.where(on_model, self.terms, 1)
 
+    def slice_of(self, vertices: NDArray[np.int64]) -> slice:
+        """The rows of `vertices` that follow each other, all of the model or all of the ground."""
+        row, count = self.rows_of(vertices[[0, -1]])
+        return slice(int(row[0]), int(row[1] + count[1]))
 
-def gather_reflections(around: Surroundings, direct: Rows, bounces: int, bounds: NDArray[np.int64]) -> Steps[Rows]:
-    """Vectors of the light that comes by up to `bounces` reflections, as many rows as the `direct` ones.
 
-    `bounds` cut the vertices into parts, none of which has some of the model and some of the ground.
+def gather_reflections(
+    around: Surroundings,
+    direct: Iterable[Mapping[str, NDArray[Any]]],
+    bounces: int,
+    bounds: NDArray[np.int64],
+    cluster: str | None = None,
+) -> Steps[Rows]:
+    """Vectors of the light that comes by up to `bounces` reflections, as many rows as the `direct` ones in all parts.
+
+    They have half as many coefficients (`SHARE`). `bounds` cut the vertices into parts, none of which has some of the
+    model and some of the ground; the workers of a `cluster` follow them where its address is given
+    (`engine.transport.baking.chunks`).
     """
-    latest, total = direct, {name: np.zeros_like(array) for name, array in direct.items()}
-    for number in range(bounces):
-        found = {name: np.zeros_like(array) for name, array in direct.items()}
-        for start, stop in pairwise(bounds):
-            for some in _blocks(around, start, stop):
-                _gather(around, some, latest, found, total)
-            done = (number + stop / bounds[-1]) / bounces
-            yield Step(done, f"following bounce {number + 1} of {bounces}")
-        latest = found
+    latest, total = cut_details(direct, around.rows, around.coefficients), _make_rows(around.rows, around.width)
+    for bounce in range(bounces):
+        found, done = _make_rows(around.rows, around.width), 0
+        by = Remote(cluster, maker, _recipe_of(around, latest)) if cluster else partial(follow, around, latest)
+        parts = (np.arange(start, stop) for start, stop in pairwise(bounds))
+        tasks = ((some, _read(total, around.slice_of(some)) if bounce else None) for some in parts)
+        with open_workers(by) as run, closing(each_of(run, tasks)) as results:
+            for vertices, own, whole in results:
+                _put(found, around.slice_of(vertices), own)
+                _put(total, around.slice_of(vertices), whole)
+                done += len(vertices)
+                note = f"following bounce {bounce + 1} of {bounces}"
+                yield Step((bounce + done / bounds[-1]) / bounces, note)
+        latest = cut_details(split_rows(found), around.rows, around.width)
     return total
 
 
-def make_full_bounce(around: Surroundings, coefficients: int) -> Callable[[NDArray[np.int64]], object]:
-    """A bounce of full vectors at vertices, to see how long it takes."""
-    count = around.first * around.terms + len(around.frames) - around.first
-    full: Rows = {
-        "indices": np.zeros((count, coefficients), np.uint16),
-        "words": np.zeros((count, coefficients), np.uint32),
-        "peaks": np.zeros((count, 3), np.float32),
-        "counts": np.full(count, coefficients, np.uint16),
+def cut_details(parts: Iterable[Mapping[str, NDArray[Any]]], rows: int, width: int) -> Coarse:
+    """What a bounce takes of so many `rows` of at most `width` coefficients, whose `parts` follow each other."""
+    start, peaks = np.zeros(rows + 1, np.int64), np.empty((rows, 3), np.float32)
+    indices, words = scratch_array((rows * width,), np.uint16), scratch_array((rows * width,), np.uint32)
+    row = 0
+    for part in parts:
+        count = len(part["counts"])
+        taken = np.arange(part["indices"].shape[1]) < part["counts"][:, None]
+        taken &= part["indices"] < FACES * EDGE * EDGE
+        start[row + 1 : row + count + 1] = start[row] + np.cumsum(np.count_nonzero(taken, axis=1))
+        into = slice(int(start[row]), int(start[row + count]))
+        indices[into], words[into], peaks[row : row + count] = (
+            part["indices"][taken],
+            part["words"][taken],
+            part["peaks"],
+        )
+        row += count
+    return Coarse(start, indices[: start[-1]], words[: start[-1]], peaks)
+
+
+def split_rows(rows: Rows) -> Iterator[Rows]:
+    """Parts of `rows` that follow each other."""
+    for start in range(0, len(rows["counts"]), CHUNK_ROWS):
+        yield _read(rows, slice(start, start + CHUNK_ROWS))
+
+
+def _make_rows(rows: int, width: int) -> Rows:
+    """Empty vectors of at most `width` coefficients."""
+    return {
+        "indices": scratch_array((rows, width), np.uint16),
+        "words": scratch_array((rows, width), np.uint32),
+        "peaks": scratch_array((rows, 3), np.float32),
+        "counts": np.zeros(rows, np.uint16),
     }
-    found, total = ({name: np.zeros_like(array) for name, array in full.items()} for _ in range(2))
-    return lambda vertices: _gather(around, vertices, full, found, total)
 
 
-def _blocks(around: Surroundings, start: int, stop: int) -> list[NDArray[np.int64]]:
+def _read(rows: Rows, some: slice) -> Rows:
+    return {name: array[some] for name, array in rows.items()}
+
+
+def _put(rows: Rows, some: slice, values: Rows) -> None:
+    for name, array in rows.items():
+        array[some] = values[name]
+
+
+def maker(recipe: Recipe) -> Callable[[Task], Bounced]:
+    """`follow` a bounce at vertices, from `_recipe_of` it."""
+    caster = RayCaster(recipe["positions"], recipe["faces"])
+    of = Receivers(caster, recipe["origin"], recipe["normal"], recipe["free"])
+    latest = Coarse(recipe["start"], recipe["indices"], recipe["words"], recipe["peaks"])
+    return partial(follow, Surroundings(of=of, **{name: recipe[name] for name in _SHARED}), latest)
+
+
+#: Attributes of `Surroundings` that a recipe holds as they are.
+_SHARED = ("frames", "factors", "first", "ground_albedo", "rays", "coefficients", "kind", "kinds")
+
+
+def _recipe_of(around: Surroundings, latest: Coarse) -> Recipe:
+    of = around.of
+    return {
+        "positions": of.caster.positions,
+        "faces": of.caster.faces,
+        "origin": of.origin,
+        "normal": of.normal,
+        "free": of.free,
+        **{name: getattr(around, name) for name in _SHARED},
+        "start": latest.start,
+        "indices": latest.indices,
+        "words": latest.words,
+        "peaks": latest.peaks,
+    }
+
+
+def make_full_bounce(around: Surroundings) -> Callable[[NDArray[np.int64]], object]:
+    """A bounce of full vectors at vertices, to see how long it takes."""
+    rows, width = around.rows, around.coefficients
+    start, peaks = np.arange(rows + 1) * width, np.zeros((rows, 3), np.float32)
+    full = Coarse(start, np.zeros(rows * width, np.uint16), np.zeros(rows * width, np.uint32), peaks)
+    return lambda vertices: follow(around, full, (vertices, None))
+
+
+def follow(around: Surroundings, latest: Coarse, task: Task) -> Bounced:
+    """What reaches the vertices of a `task`, all of the model or all of the ground, of the `latest` vectors of all."""
+    vertices, before = task
+    terms = int(around.rows_of(vertices[:1])[1][0])
+    found = _make_rows(terms * len(vertices), around.width)
+    total = _make_rows(terms * len(vertices), around.width)
+    if before is not None:
+        _put(total, slice(None), before)
     step = max(1, CHUNK_RAYS // around.rays)
-    return [np.arange(low, min(low + step, stop)) for low in range(start, stop, step)]
+    for start in range(0, len(vertices), step):
+        some = slice(start * terms, (start + step) * terms)
+        _gather(around, vertices[start : start + step], latest, _read(found, some), _read(total, some))
+    return vertices, found, total
 
 
-def _gather(around: Surroundings, vertices: NDArray[np.int64], latest: Rows, found: Rows, total: Rows) -> None:
-    """Put what reaches `vertices` of the `latest` vectors into `found`, and add it to `total`."""
+def _gather(around: Surroundings, vertices: NDArray[np.int64], latest: Coarse, found: Rows, total: Rows) -> None:
+    """Put what reaches `vertices` of the `latest` vectors into `found`, and add it to `total`, which are theirs."""
     origin, direction = visibility_kernel.hemisphere_rays(
         vertices, around.of.origin, around.of.normal, make_pattern(around.rays)
     )
-    hits = around.of.caster.intersect(origin, direction)
-    corners = around.surface.faces[hits.face]
-    met = np.flatnonzero((hits.face >= 0) & meets_front(around.surface.positions, corners, direction))
+    caster = around.of.caster
+    hits = caster.intersect(origin, direction)
+    corners = caster.faces[hits.face]
+    met = np.flatnonzero((hits.face >= 0) & meets_front(caster.positions, corners, direction))
     source = _choose_corners(met, corners[met], hits.barycentric[met])
     own = vertices[met // around.rays]
     sent = _view_weights(around, source, -direction[met])
     taken = _light_weights(around, own, direction[met]) * (np.pi / around.rays)
     row, count = around.rows_of(source)
-    into, rows = around.rows_of(vertices)
     follow_bounce(
         np.searchsorted(met, np.arange(len(vertices) + 1) * around.rays),
         taken,
         sent,
         row,
         count,
-        *_arrays(latest),
-        into,
-        int(rows[0]),
+        latest.start,
+        latest.indices,
+        latest.words,
+        latest.peaks,
+        len(found["counts"]) // len(vertices),
         FACES * EDGE * EDGE,
-        candidates(latest["words"].shape[1]),
-        SHARE,
+        candidates(around.coefficients),
         STEP,
         *_arrays(found),
         *_arrays(total),
@@ -195,15 +329,13 @@ def follow_bounce(
     sent: NDArray[np.floating],
     row: NDArray[np.integer],
     count: NDArray[np.integer],
+    first: NDArray[np.integer],
     indices: NDArray[np.integer],
     words: NDArray[np.integer],
     peaks: NDArray[np.floating],
-    counts: NDArray[np.integer],
-    into: NDArray[np.integer],
     terms: int,
     coefficients: int,
     capacity: int,
-    share: int,
     step: int,
     found_indices: NDArray[np.integer],
     found_words: NDArray[np.integer],
@@ -220,14 +352,13 @@ def follow_bounce(
     ----------
     start : (B + 1,) first ray of each vertex. taken : (n, terms, 3) weights of a ray's light at the vertex.
     sent : (n, K, 3) weights of the terms where the ray meets the surface, whose `count` (n,) rows begin with `row`.
-    indices, words, peaks, counts : vectors of all rows (`Vectors16`), of which the first `coefficients` are taken.
-    into : (B,) first row of each vertex, which has so many `terms`.
-    capacity : as for `haar.select`. share : one in so many coefficients of a vector is kept. step : as for
-        `quantise_vectors`.
-    found_… : filled for these rows. total_… : what was found before, to which it is added.
+    first, indices, words, peaks : vectors of all rows (`Coarse`), whose indices are below `coefficients`.
+    terms : rows of each vertex, which follow each other.
+    capacity : as for `haar.select`. step : as for `quantise_vectors`.
+    found_… : filled for the rows of the vertices. total_… : what was found before, to which it is added.
     """
-    wanted = max(1, indices.shape[1] // share)
-    for b in prange(len(into)):
+    wanted = found_words.shape[1]
+    for b in prange(len(start) - 1):
         sums = np.zeros((coefficients, terms, 3), np.float32)
         planes = np.empty((3, coefficients), np.float32)
         kept, values = np.empty(min(wanted, coefficients), np.int64), np.zeros((wanted, 3), np.float32)
@@ -241,11 +372,9 @@ def follow_bounce(
                     scale = sent[ray, j, c] * peaks[r, c] / np.float32(511.0 if c == 2 else 1023.0)
                     for k in range(terms):
                         weight[k, c] = taken[ray, k, c] * scale
-                for n in range(counts[r]):
-                    place = np.int64(indices[r, n])
-                    if place >= coefficients:
-                        break
-                    packed = words[r, n]
+                for n in range(first[r], first[r + 1]):
+                    place = np.int64(indices[n])
+                    packed = words[n]
                     red = np.float32(np.int32(packed << 21) >> 21)
                     green = np.float32(np.int32(packed << 10) >> 21)
                     blue = np.float32(np.int32(packed) >> 22)
@@ -254,7 +383,7 @@ def follow_bounce(
                         sums[place, k, 1] += weight[k, 1] * green
                         sums[place, k, 2] += weight[k, 2] * blue
         for k in range(terms):
-            r = into[b] + k
+            r = b * terms + k
             for again in range(2):
                 if again == 0:
                     for m in range(coefficients):

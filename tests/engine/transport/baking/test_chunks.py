@@ -59,24 +59,22 @@ def maker(name: str) -> Any:
 
 @pytest.fixture
 def work(monkeypatch: pytest.MonkeyPatch) -> Work:
-    """A plane on a ground, in several chunks."""
+    """A ball on a ground, in several chunks."""
     monkeypatch.setattr(wavelet_bake, "CHUNK_TEXELS", 400 * 6 * 8 * 8)
     factors = drain(factors_for(brdf_from_text("phong:exponent=5"), 2))
-    return prepare(open_mesh("plane"), factors, BakeSettings(8, 20, 2), Ground(cells=30, albedo=0.3))
+    settings = BakeSettings(8, 20, 2, bounces=2, gather=16)
+    return prepare(icosphere(1), factors, settings, Ground(cells=30, albedo=0.3))
 
 
-def test_a_cluster_bakes_the_same_file_and_a_killed_worker_costs_no_more_than_its_chunks(
-    cluster: Any, work: Work, tmp_path: Path
+@pytest.mark.parametrize("kills", [1, pytest.param(8, marks=pytest.mark.long)])
+def test_a_cluster_bakes_the_same_wavelets_and_a_killed_worker_costs_no_more_than_its_chunks(
+    cluster: Any, work: Work, tmp_path: Path, kills: int
 ) -> None:
     here, there = tmp_path / "here.transport", tmp_path / "there.transport"
-    drain(bake(here, work))
-    before = set(worker_processes(cluster))
-    steps, killed = bake(there, work, cluster.scheduler_address), False
-    for step in steps:
-        if 0.2 < step.done < 0.9 and not killed:
-            os.kill(min(before), signal.SIGKILL)
-            killed = True
-    assert killed
+    bounces = drain(bake(here, work)).transport.bounces
+    assert bounces is not None
+    assert bounces.counts.max() == 10
+    bake_and_kill(bake(there, work, cluster.scheduler_address), cluster, kills)
     assert there.read_bytes() == here.read_bytes()
     assert len(list(tmp_path.iterdir())) == 2
 
