@@ -41,6 +41,9 @@ SERVICE_S, TASK_S, READY_S = 8.2e-3, 4.3e-3, 1.8
 #: Bytes of a model for each vertex, two triangles for each: positions, frames, and what rays and their origins take.
 MODEL_BYTES = 240.0
 
+#: Bytes of what a vertex sees over a cube map with an edge of 64, packed; over others they are as many for an edge.
+SEEN_BYTES = 500.0
+
 #: Schedules whose mean is told.
 ROUNDS = 5
 

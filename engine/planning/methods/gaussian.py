@@ -15,7 +15,7 @@ from engine.planning.costs.cost_model import Cost, CostModel, Load
 from engine.planning.costs.planned import PlannedBake
 from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import DIFFUSE_ORDER, LOBE_BYTES, gaussians
-from engine.planning.costs.spread import MODEL_BYTES, Stage
+from engine.planning.costs.spread import MODEL_BYTES, SEEN_BYTES, Stage
 from engine.planning.effects.lobe_error import lobe_error
 from engine.planning.effects.mode_error import FLOOR, ModeErrors
 from engine.scene.mode import Spread
@@ -44,9 +44,6 @@ SPREAD = Spread(by_camera=(0.3, 5.2), around=(0.02, 1.0))
 #: Effects without which the BRDF is no longer that of a model, which alone is cut into lobes.
 _PARTS = {"glossy", "anisotropy", "fresnel", "retro-reflection"}
 
-
-#: Bytes of the visibility of a vertex, packed.
-SEEN_BYTES = 500.0
 
 #: Time of drawing the samples of a vertex from a BRDF over that of taking them from its table.
 DRAWN = 7.2

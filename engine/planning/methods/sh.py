@@ -15,7 +15,7 @@ from engine.planning.costs.cost_model import Cost, CostModel, Load, basis_values
 from engine.planning.costs.planned import PlannedBake
 from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import channels, spherical_harmonics
-from engine.planning.costs.spread import MODEL_BYTES, Stage
+from engine.planning.costs.spread import MODEL_BYTES, SEEN_BYTES, Stage
 from engine.planning.effects.mode_error import FLOOR, ModeErrors, between, together
 from engine.scene.mode import Spread
 from engine.transport.baking.parts import kinds_of
@@ -76,7 +76,7 @@ def stages(model: CostModel, setting: Setting, load: Load, _mesh: Mesh) -> tuple
         seconds += (load.vertices - matrices) * model.bounce_s("vector", order, load)
     bounds = sh_bake.vertex_bounds(load.vertices, load.model, sh_bake.BakeSettings(order, edge))
     rows, each = matrices * order**2 + load.vertices - matrices, 4.0 * order**2 * channels(setting, load)
-    chunks = Stage(seconds, np.diff(bounds), 0.0, each * rows / load.vertices)
+    chunks = Stage(seconds, np.diff(bounds), 0.0, each * rows / load.vertices + SEEN_BYTES * edge / 64)
     if not setting["interreflection"]:
         return (chunks,)
     bounce_s, sent = load.vertices * model.bounce_s("vector", order, load), each * load.vertices

@@ -15,7 +15,7 @@ from engine.planning.costs.cost_model import Cost, CostModel, Load
 from engine.planning.costs.planned import PlannedBake
 from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import wavelets
-from engine.planning.costs.spread import MODEL_BYTES, Stage
+from engine.planning.costs.spread import MODEL_BYTES, SEEN_BYTES, Stage
 from engine.planning.effects.mode_error import ModeErrors, can_be_factored, wavelet_error
 from engine.scene.mode import Spread
 from engine.transport import wavelet_method
@@ -88,7 +88,8 @@ def stages(model: CostModel, setting: Setting, load: Load, _mesh: Mesh) -> tuple
     seconds = model.visibility_s(edge, load) + rows * model.rate("wavelet-row", edge) * cutting
     sizes = np.diff(wavelet_bake.vertex_bounds(load.vertices, load.model, edge))
     each = rows / load.vertices
-    chunks = Stage(seconds, sizes, 0.0, (COEFFICIENT_BYTES * kept + ROW_BYTES) * each)
+    back = (COEFFICIENT_BYTES * kept + ROW_BYTES) * each + SEEN_BYTES * edge / 64
+    chunks = Stage(seconds, sizes, 0.0, back)
     if not setting["interreflection"]:
         return (chunks,)
     bounced = (COEFFICIENT_BYTES * (kept // SHARE) + ROW_BYTES) * each

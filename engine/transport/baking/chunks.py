@@ -36,6 +36,7 @@ from engine.core.figure_text import count_text
 from engine.core.steps import Step, Steps, time_left
 
 if TYPE_CHECKING:
+    from engine.transport.baking.carried_visibility import Carrier
     from engine.transport.baking.file import TransportWriter
 
 #: Data that all chunks of one bake share.
@@ -47,11 +48,15 @@ AHEAD, WORKERS_S = 2, 1.0
 
 @dataclass(frozen=True, eq=False)
 class Chunk:
-    """A chunk of a transport file: its number, its rows of every streamed array, and the seconds for visibility."""
+    """A chunk of a transport file: its number, its rows of every streamed array, and the seconds for visibility.
+
+    `seen` is what its vertices see, from a worker that found it (`engine.transport.baking.carried_visibility`).
+    """
 
     number: int
     rows: Mapping[str, NDArray[Any]]
     visibility_s: float
+    seen: bytes = b""
 
 
 Make = Callable[[int], Chunk]
@@ -76,8 +81,12 @@ class Remote:
     recipe: Recipe
 
 
-def run(make: Make, numbers: Sequence[int], remote: Remote | None = None) -> Generator[Chunk, None, None]:
+def run(
+    make: Make, numbers: Sequence[int], remote: Remote | None = None, load: Callable[[int], Any] = int
+) -> Generator[Chunk, None, None]:
     """The chunks `numbers`: by `make` here, one after the other, or in any order by the workers of `remote`.
+
+    `load` turns a number into the task of these.
 
     Closing the iterator gives up what is under way. MissingCapability without the library; InputError where no
     scheduler answers, there are no workers, or they cannot do it, having another version of this program, say.
@@ -85,7 +94,7 @@ def run(make: Make, numbers: Sequence[int], remote: Remote | None = None) -> Gen
     if not numbers:
         return
     with open_workers(make if remote is None else remote) as run_tasks:
-        yield from each_of(run_tasks, numbers)
+        yield from each_of(run_tasks, numbers if remote is None else map(load, numbers))
 
 
 def each_of(run_tasks: Run, tasks: Iterable[Any]) -> Generator[Any, None, None]:
@@ -119,18 +128,20 @@ def _run_here(make: Callable[[Any], Any], ask: Ask) -> Generator[Any, None, None
 
 
 def fill(
-    writer: TransportWriter, make: Make, missing: Sequence[int], sizes: NDArray[np.int64], remote: Remote | None = None
+    writer: TransportWriter, make: Make, missing: Sequence[int], carrier: Carrier, remote: Remote | None = None
 ) -> Steps[float]:
-    """Put all `missing` chunks, which have these `sizes` (chunks,) in vertices; the seconds that visibility took.
+    """Put all `missing` chunks; the seconds that visibility took. `carrier` keeps what the workers of `remote` see.
 
     What `run` raises; closing the generator leaves the chunks that are put.
     """
+    sizes = carrier.sizes
     total, done, visibility_s = int(sizes[list(missing)].sum()), 0, 0.0
     started = time.perf_counter()
     yield Step(0.0, f"baking {count_text(total)} vertices")
-    with closing(run(make, missing, remote)) as chunks:
+    with closing(run(make, missing, remote, carrier.load)) as chunks:
         for chunk in chunks:
             writer.put(chunk.number, chunk.rows)
+            carrier.unload(chunk)
             visibility_s += chunk.visibility_s
             done += int(sizes[chunk.number])
             left = time_left((time.perf_counter() - started) / done * (total - done))

@@ -13,7 +13,7 @@ import logging
 import os
 import sqlite3
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -61,13 +61,22 @@ class VisibilityRecord:
         if not path.is_file():
             return False
         with closing(_open(path)) as file:
-            return file.count() == -(-len(of) // _block(edge))
+            return file.count() == -(-len(of) // block_size(edge))
 
     def missing(self, of: Receivers, edge: int, fine: int) -> list[int]:
         """The numbers of the blocks that are missing."""
         with closing(_open(self.path(edge, fine))) as file:
             held = file.numbers()
         return [number for number in range(len(blocks(of, edge))) if number not in held]
+
+    def take(self, edge: int, fine: int, numbers: Iterable[int]) -> dict[int, bytes]:
+        """Blocks as `pack_block` makes them, by their numbers; none where one of them is missing."""
+        path = self.path(edge, fine)
+        with closing(_open(path)) as file:
+            _note_use(path)
+            found = {number: file.read_packed(number) for number in numbers}
+        held = {number: data for number, data in found.items() if data is not None}
+        return held if len(held) == len(found) else {}
 
     def put(self, edge: int, fine: int, number: int, data: bytes) -> None:
         """Keep a block that `pack_block` made elsewhere."""
@@ -84,37 +93,45 @@ class VisibilityRecord:
         self, of: Receivers, edge: int, fine: int, vertices: Indices, find: Callable[[Indices], Counts]
     ) -> Iterator[tuple[Indices, Counts]]:
         """As `visibility_shares`; `find` gives the counts of the vertices of a block that is missing."""
-        size = _block(edge)
+        size = block_size(edge)
         if (np.diff(vertices) < 0).any():
             raise ValueError("vertices are asked for in rising order")
         path = self.path(edge, fine)
         with closing(_open(path)) as file:
-            with suppress(OSError):
-                os.utime(path)  # as used now
+            _note_use(path)
             for number in np.unique(vertices // size).tolist():
                 chunk = vertices[vertices // size == number]
                 first, last = number * size, min((number + 1) * size, len(of))
-                counts = file.read(number, (last - first, 6 * edge * edge))
+                counts = file.read(number, last - first, edge)
                 if counts is None:
                     counts = find(np.arange(first, last))
                     file.put(number, pack_block(counts))
                 yield chunk, counts[chunk - first]
 
 
-def _block(edge: int) -> int:
+def block_size(edge: int) -> int:
     """Vertices of a block."""
     return max(1, TEXELS // (6 * edge * edge))
 
 
 def blocks(of: Receivers, edge: int) -> list[Indices]:
     """The vertices of each block."""
-    size = _block(edge)
+    size = block_size(edge)
     return [np.arange(start, min(start + size, len(of))) for start in range(0, len(of), size)]
 
 
 def pack_block(counts: Counts) -> bytes:
     """The counts of a block as a record holds them."""
     return bytes(imagecodecs.zstd_encode(np.ascontiguousarray(counts).tobytes(), level=LEVEL))
+
+
+def unpack_block(data: bytes, vertices: int, edge: int) -> Counts:
+    """(vertices, 6 edge²) counts of a block that `pack_block` made; ValueError where it is not of so many."""
+    size = vertices * 6 * edge * edge
+    content = imagecodecs.zstd_decode(data, out=size)
+    if len(content) != size:
+        raise ValueError(f"a block of visibility has {len(content)} counts in place of {size}")
+    return np.frombuffer(content, np.uint8).reshape(vertices, -1)
 
 
 def is_kept(of: Receivers, edge: int, fine: int) -> bool:
@@ -145,19 +162,21 @@ class _File:
     def __init__(self, connection: sqlite3.Connection | None) -> None:
         self._connection = connection
 
-    def read(self, number: int, shape: tuple[int, int]) -> Counts | None:
+    def read(self, number: int, vertices: int, edge: int) -> Counts | None:
         """The counts of a block; None where they are missing or damaged."""
+        data = self.read_packed(number)
+        if data is not None:
+            with suppress(imagecodecs.ZstdError, ValueError):
+                return unpack_block(data, vertices, edge)
+        return None
+
+    def read_packed(self, number: int) -> bytes | None:
+        """A block as it was put; None where it is missing or damaged."""
         row = self._run("SELECT crc, data FROM blocks WHERE number = ?", (number,))
         if not row:
             return None
         crc, data = row[0]
-        if not isinstance(data, bytes) or zlib.crc32(data) != crc:
-            return None
-        with suppress(imagecodecs.ZstdError, ValueError):
-            content = imagecodecs.zstd_decode(data, out=shape[0] * shape[1])
-            if len(content) == shape[0] * shape[1]:
-                return np.frombuffer(content, np.uint8).reshape(shape)
-        return None
+        return data if isinstance(data, bytes) and zlib.crc32(data) == crc else None
 
     def count(self) -> int:
         """Number of blocks."""
@@ -208,6 +227,12 @@ def _open(path: Path) -> _File:
             log.info("a record of visibility is begun anew: %s", error)
             discard(path)
     return _File(None)
+
+
+def _note_use(path: Path) -> None:
+    """Let a record be one that was used now."""
+    with suppress(OSError):
+        os.utime(path)
 
 
 def _remove_oldest(folder: Path, limit_bytes: int = MAX_BYTES) -> None:

@@ -18,6 +18,7 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,8 @@ from engine.core.steps import Step, Steps, part
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import RayCaster, caster_of
-from engine.transport.baking.chunks import Chunk, Make, Recipe, Remote, fill
+from engine.transport.baking.carried_visibility import Carrier, Task, carry
+from engine.transport.baking.chunks import Chunk, Recipe, Remote, fill
 from engine.transport.baking.chunks import estimate_s as estimate_chunks_s
 from engine.transport.baking.file import (
     TransportFile,
@@ -66,10 +68,10 @@ from engine.transport.sh.transfer import (
 )
 
 
-def maker(recipe: Recipe) -> Make:
-    """Chunks of a bake by their numbers, from its recipe (`sh.bake.recipe_of`)."""
+def maker(recipe: Recipe) -> Callable[[Task], Chunk]:
+    """Chunks of the tasks of a bake, from its recipe (`sh.bake.recipe_of`)."""
     caster = RayCaster(recipe["shading_positions"], recipe["shading_faces"])
-    return Baker(recipe, Receivers(caster, recipe["origin"], recipe["normal"], recipe["free"]))
+    return carry(partial(Baker, recipe), Receivers(caster, recipe["origin"], recipe["normal"], recipe["free"]))
 
 
 class Baker:
@@ -352,7 +354,8 @@ def bake(
         bounce_s = time.perf_counter() - started if sent is not None else 0.0
         recipe = recipe_of(work, of, sent)
         remote = Remote(cluster, maker, recipe) if cluster else None
-        filling = fill(writer, Baker(recipe, of), missing, np.diff(work.bounds), remote)
+        carrier = Carrier(of, work.settings.edge, work.settings.fine, work.bounds)
+        filling = fill(writer, Baker(recipe, of), missing, carrier, remote)
         visibility_s = yield from part(filling, share, 1.0)
         yield Step(1.0, "writing")
     bake_s = time.perf_counter() - started

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -33,7 +34,8 @@ from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import RayCaster, caster_of
 from engine.transport.baking.blend import Mixture
-from engine.transport.baking.chunks import Chunk, Make, Recipe, Remote, fill
+from engine.transport.baking.carried_visibility import Carrier, Task, carry
+from engine.transport.baking.chunks import Chunk, Recipe, Remote, fill
 from engine.transport.baking.chunks import estimate_s as estimate_chunks_s
 from engine.transport.baking.file import (
     TransportFile,
@@ -352,10 +354,11 @@ def bake(path: str | os.PathLike[str], work: Work, cluster: str | None = None) -
     share = 0.7 if work.settings.bounces else 1.0
     with writing(path, work.plan) as writer:
         recipe = recipe_of(work, of)
-        sizes, missing = np.diff(recipe["bounds"]), list(writer.missing)
+        carrier = Carrier(of, work.settings.edge, work.settings.fine, recipe["bounds"])
         remote = Remote(cluster, maker, recipe) if cluster else None
-        direct = [chunk for chunk in missing if chunk < len(sizes)]
-        visibility_s = yield from part(fill(writer, Baker(recipe, of), direct, sizes, remote), 0.0, share)
+        missing = list(writer.missing)
+        direct = [chunk for chunk in missing if chunk < len(carrier.sizes)]
+        visibility_s = yield from part(fill(writer, Baker(recipe, of), direct, carrier, remote), 0.0, share)
         if len(missing) > len(direct):
             yield from part(_add_bounces(work, writer, cluster), share, 1.0)
         yield Step(1.0, "writing")
@@ -430,10 +433,10 @@ def recipe_of(work: Work, of: Receivers) -> Recipe:
     }
 
 
-def maker(recipe: Recipe) -> Make:
-    """Chunks of a bake by their numbers, from `recipe_of` it."""
+def maker(recipe: Recipe) -> Callable[[Task], Chunk]:
+    """Chunks of the tasks of a bake, from `recipe_of` it."""
     caster = RayCaster(recipe["positions"], recipe["faces"])
-    return Baker(recipe, Receivers(caster, recipe["origin"], recipe["normal"], recipe["free"]))
+    return carry(partial(Baker, recipe), Receivers(caster, recipe["origin"], recipe["normal"], recipe["free"]))
 
 
 class Baker:

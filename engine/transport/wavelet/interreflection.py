@@ -63,7 +63,7 @@ Bounced = tuple[NDArray[np.int64], Rows, Rows]
 
 @dataclass(frozen=True, eq=False)
 class Coarse:
-    """What a bounce takes of vectors: their coefficients up to details of an edge of `EDGE`, one vector after another.
+    """Coefficients of vectors up to details of an edge of `EDGE`, which a bounce takes, one vector after another.
 
     Vector r has the `indices` and `words` (n,) from `start` (R + 1,) [r] to start[r + 1], in rising order, and `peaks`
     (R, 3) as `Vectors16`.
@@ -151,7 +151,7 @@ def gather_reflections(
 
 
 def cut_details(parts: Iterable[Mapping[str, NDArray[Any]]], rows: int, width: int) -> Coarse:
-    """What a bounce takes of so many `rows` of at most `width` coefficients, whose `parts` follow each other."""
+    """Cut so many `rows` of at most `width` coefficients, whose `parts` follow each other, to what a bounce takes."""
     start, peaks = np.zeros(rows + 1, np.int64), np.empty((rows, 3), np.float32)
     indices, words = scratch_array((rows * width,), np.uint16), scratch_array((rows * width,), np.uint32)
     row = 0
@@ -232,7 +232,7 @@ def make_full_bounce(around: Surroundings) -> Callable[[NDArray[np.int64]], obje
 
 
 def follow(around: Surroundings, latest: Coarse, task: Task) -> Bounced:
-    """What reaches the vertices of a `task`, all of the model or all of the ground, of the `latest` vectors of all."""
+    """Follow a bounce of the `latest` vectors of all vertices to those of a `task`, all of the model or the ground."""
     vertices, before = task
     terms = int(around.rows_of(vertices[:1])[1][0])
     found = _make_rows(terms * len(vertices), around.width)

@@ -74,9 +74,11 @@ def test_a_cluster_bakes_the_same_wavelets_and_a_killed_worker_costs_no_more_tha
     bounces = drain(bake(here, work)).transport.bounces
     assert bounces is not None
     assert bounces.counts.max() == 10
+    work = replace(work, kept=tmp_path / "seen")
     bake_and_kill(bake(there, work, cluster.scheduler_address), cluster, kills)
     assert there.read_bytes() == here.read_bytes()
-    assert len(list(tmp_path.iterdir())) == 2
+    assert len(list(tmp_path.iterdir())) == 3
+    assert not wavelet_bake.casts_rays(work), "what the workers saw is kept"
 
 
 @pytest.mark.parametrize("kills", [0, pytest.param(3, marks=pytest.mark.long)])
@@ -91,8 +93,10 @@ def test_a_cluster_bakes_the_same_harmonics_and_the_light_between_parts(
     asked = drain(sh_bake.prepare(open_mesh("plane"), brdf_from_text("phong:exponent=5"), settings, ground))
     assert asked.plan.chunks > 2
     drain(sh_bake.bake(here, asked))
+    asked = replace(asked, kept=tmp_path / "seen")
     bake_and_kill(sh_bake.bake(there, asked, cluster=cluster.scheduler_address), cluster, kills)
     assert there.read_bytes() == here.read_bytes()
+    assert [*(tmp_path / "seen").iterdir()], "what the workers saw is kept"
 
 
 @pytest.mark.parametrize("kills", [0, pytest.param(5, marks=pytest.mark.long)])
