@@ -7,8 +7,9 @@ have the size of the largest one, and fewer photographs: the time of that one fo
 them, neither part below 0. It stands beside an import of the same folder that decodes anew, and the seconds that the
 disk needs for the bytes of the largest stack, by a file of two gigabytes that is flushed.
 
-Where a rig is estimated, its terms change all pixels, which are then written after the last photograph: 13 bytes a
-pixel, 20 GB of the largest capture, which bounds it.
+Codes of all photographs but the last one are written before it is there, and the terms of a rig that is estimated are
+applied whenever they are read, so that what is left is one reading of the codes for the report: 3 bytes a pixel, 4.6 GB
+of the largest capture.
 """
 
 from __future__ import annotations
@@ -31,13 +32,15 @@ from engine.capture.import_plan import ImportSettings
 from engine.capture.import_stack import import_stack
 from engine.capture.lights.sources import find
 from engine.capture.stack import open_stack
-from engine.capture.waiting import PIXEL_BYTES
 from engine.core.steps import Step, Steps, drain
 from engine.storage.atomic import atomic_file, discard, make_folder, write_bytes
 from engine.storage.notices import Notices
 
 #: Numbers of photographs of the captures that are measured and of the one that is told of, and megapixels of all.
 COUNTS, LARGEST, MEGAPIXELS = (4, 8, 12), 64, 24.0
+
+#: Bytes of a pixel in a stack of photographs of 8 bits.
+PIXEL_BYTES = 3
 
 #: Imports that are measured, and the seconds that a user may wait for the largest one, and for its last verdict.
 KINDS = {"direct": ImportSettings(calibrate="none"), "calibrated": ImportSettings()}
@@ -116,13 +119,12 @@ def _wait_for(place: Path, count: int, settings: ImportSettings, target: Path) -
         decoded = held.enter_context(closing(Decoded(decoding_options(place, settings))))
         ahead = held.enter_context(closing(WrittenAhead(target, settings, decoded.options)))
         notices = held.enter_context(closing(Notices(place)))
-        before = count - 1 if settings.calibrate == "none" else 0
 
         def write_last(step: Step) -> None:
             nonlocal begun_s, there
             if isinstance(step.partial, Capture):
                 there = step.partial.count
-            if not begun_s and there == count - 1 and ahead.count == before:
+            if not begun_s and there == count - 1 and ahead.count == count - 1:
                 last.write_bytes(content)
                 begun_s = time.perf_counter()
 

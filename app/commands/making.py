@@ -21,7 +21,7 @@ from engine.capture.diffuse_part import take_part
 from engine.capture.evenness import even_out
 from engine.capture.lights.sources import Sources
 from engine.capture.object_part import take_object
-from engine.capture.stack import RECORD, ImageStack
+from engine.capture.stack import CODES, RECORD, ImageStack
 from engine.core.errors import FileError, InputError
 from engine.core.health import Health
 from engine.core.steps import Step, Steps, part
@@ -95,7 +95,7 @@ def pixels_made(stack: ImageStack, sources: Sources | None, choices: ImportChoic
         raise InputError(stack.folder, "has lost its pixels", "Open the photographs that it was made of")
     yield Step(0.0, "reading the photographs again")
     made = _importing() or stack.folder.with_name(f"again-{writer()}-{secrets.token_hex(4)}")
-    yield from _import(sources, choices, made)
+    yield from _import(sources, choices, made, as_codes=CODES in stack.pixels)
     take_again(made, stack, path_of(stack.folder.parent), sources.photographs)
 
 
@@ -152,11 +152,12 @@ def stack_of(sources: Sources, choices: ImportChoices, target: Path) -> Steps[Im
     return stack
 
 
-def _import(sources: Sources, choices: ImportChoices, target: Path) -> Steps[ImageStack]:
+def _import(sources: Sources, choices: ImportChoices, target: Path, *, as_codes: bool = True) -> Steps[ImageStack]:
     yield Step(0.0, "preparing the import")
     from engine.capture.import_stack import import_stack
 
-    return (yield from import_stack(choose_lights_of(sources, choices), settings_of(choices), target))
+    chosen = choose_lights_of(sources, choices)
+    return (yield from import_stack(chosen, settings_of(choices), target, as_codes=as_codes))
 
 
 def keep_material(project: Project, folder: Path, own: Path) -> Steps[Material]:

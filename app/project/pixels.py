@@ -1,6 +1,6 @@
 """Pixels of the stacks of a project: in the cache of the user while its photographs are there, else in the project.
 
-A project keeps the record of a stack (`stack.json`) in `NAME.lap-data/stack-HASH`. Its pixels take a hundred times the
+A project keeps the record of a stack (`stack.json`) in `NAME.lap-data/stack-HASH`. Its pixels take many times the
 photographs and can be made again of them, bit for bit, so they lie in the cache (`app.session.cache`), where all
 projects with equal pixels share them. Once photographs are gone the project takes the pixels in, compressed, as long as
 the cache has them. Projects of before that hold them as .npy files, which are read where they lie.
@@ -16,7 +16,7 @@ from typing import BinaryIO
 
 from app.project.values import MAX_HEADER, name_of
 from app.session import cache
-from engine.capture.stack import DIFFUSE, RADIANCE, RECORD, SATURATED, ImageStack, open_stack, read_record
+from engine.capture.stack import CODES, DIFFUSE, RADIANCE, RECORD, SATURATED, ImageStack, open_stack, read_record
 from engine.capture.stack_record import StackRecord
 from engine.core.errors import FileError, InputError, UnreadableError
 from engine.core.steps import Step, Steps
@@ -30,10 +30,13 @@ log = logging.getLogger(__name__)
 #: Ending of compressed pixels.
 PACKED = ".packed"
 
-#: Files of pixels; the first is there only for pairs under polarisers, and is written before the others.
-FILES = (DIFFUSE, RADIANCE, SATURATED)
+#: Files of pixels: codes, or the others, of which the first is there only for pairs under polarisers, and is written
+#: before those.
+FILES = (CODES, DIFFUSE, RADIANCE, SATURATED)
 
-_ITEM_BYTES = {DIFFUSE: 4, RADIANCE: 4, SATURATED: 1}
+#: Files of which all are there where pixels are.
+_WHOLE = ((CODES,), (RADIANCE, SATURATED))
+
 _RECORD_LIMIT_BYTES = 64 << 20
 
 #: Bytes that the header of an array of pixels may take.
@@ -46,7 +49,7 @@ def open_kept(folder: Path, *, verify: bool = False) -> ImageStack:
     With `verify` pixels are read; those of the cache that are damaged are then gone. Raises InputError where the record
     is gone or damaged, or with `verify`, where pixels that the project holds are.
     """
-    if all((folder / name).exists() for name in (RADIANCE, SATURATED)):
+    if any(all((folder / name).exists() for name in names) for names in _WHOLE):
         return open_stack(folder, verify=verify)
     place = place_of(read_record(folder), folder)
     if place != folder and cache.use(place) and verify:
@@ -63,12 +66,14 @@ def place_of(record: StackRecord, folder: Path) -> Path:
 
     Pixels that a project brings along are shared with no other, which has made its own: checksums can be forged.
     """
-    if record.radiance_crc32 is None or record.saturated_crc32 is None:
+    if record.checksums is None:
         return folder
     size = f"{len(record.sources)}x{record.height_px}x{record.width_px}"
     own = f"-{name_of(str(folder).encode())[:16]}" if are_packed(folder) else ""
-    crc = (record.radiance_crc32, record.saturated_crc32, record.diffuse_crc32)
-    place = cache.entry(f"pixels-{''.join(f'{each:08x}' for each in crc if each is not None)}-{size}{own}")
+    of_pixels = "".join(f"{each:08x}" for each in record.checksums)
+    if record.codes is not None:  # of which there are as many as photographs
+        of_pixels = f"{record.codes.bits}-{name_of(of_pixels.encode())[:32]}"
+    place = cache.entry(f"pixels-{of_pixels}-{size}{own}")
     return place if place is not None else folder
 
 
@@ -79,7 +84,7 @@ def are_there(stack: ImageStack) -> bool:
 
 def are_packed(folder: Path) -> bool:
     """True if the project holds the compressed pixels of this stack."""
-    return all((folder / f"{name}{PACKED}").is_file() for name in (RADIANCE, SATURATED))
+    return any(all((folder / f"{name}{PACKED}").is_file() for name in names) for names in _WHOLE)
 
 
 def take_in(made: Path, target: Path, project: Path, photographs: Iterable[Path]) -> ImageStack:
@@ -122,7 +127,7 @@ def take_again(made: Path, stack: ImageStack, project: Path, photographs: Iterab
 
 def _is_same(one: StackRecord, other: StackRecord) -> bool:
     """True for equal pixels."""
-    names = ("radiance_crc32", "saturated_crc32", "diffuse_crc32", "height_px", "width_px")
+    names = ("checksums", "codes", "height_px", "width_px")
     return len(one.sources) == len(other.sources) and all(getattr(one, at) == getattr(other, at) for at in names)
 
 
@@ -174,7 +179,7 @@ def keep_pixels(stack: ImageStack) -> Steps[bool]:
         assert isinstance(array, FileArray)
         size = array.path.stat().st_size
         with array.path.open("rb") as source, atomic_file(folder / f"{name}{PACKED}") as file:
-            for done in pack(file, iter(lambda source=source: source.read(1 << 22), b""), size, _ITEM_BYTES[name]):  # type: ignore[misc]
+            for done in pack(file, iter(lambda source=source: source.read(1 << 22), b""), size, array.dtype.itemsize):  # type: ignore[misc]
                 yield Step((at + done) / len(stack.pixels), "compressing the photographs")
     return True
 

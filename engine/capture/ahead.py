@@ -1,11 +1,12 @@
 """Lights that lie at their places in a stack before it is imported, as those of a capture that is still being taken.
 
-Where a list names all lights and nothing is found of all photographs together (no rig, no motion), what an import makes
-of a photograph does not depend on the others but for its place. It is then made as soon as the photograph has been
-decoded, by the steps of the import: calibrated, noted, and written, in files that the import goes on with. The import
-takes a light that was made of the same pixels by the same numbers and lies where it belongs, and writes all others; so
-all bits are those of an import that begins with nothing. Half-written files lie in a hidden folder that goes at the
-end, or with the next result that is written beside it.
+Where a list names all lights and the camera stands still, what an import writes of a photograph does not depend on the
+others but for its place: its codes, of which what is found of the rig makes other radiance but no other bytes, or its
+radiance, where it has no codes and nothing is found of all photographs together. It is then made as soon as the
+photograph has been decoded, by the steps of the import: calibrated, noted, and written, in files that the import goes
+on with. The import takes a light that was made of the same pixels by the same numbers and lies where it belongs, and
+writes all others; so all bits are those of an import that begins with nothing. Half-written files lie in a hidden
+folder that goes at the end, or with the next result that is written beside it.
 
 Cost: as in the import; the disk is told to write at once, so that little is left to flush at the end.
 """
@@ -19,6 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.capture.decoded import Kept, find_kept
 from engine.capture.import_plan import ImportSettings
@@ -26,7 +28,7 @@ from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread, usual_
 from engine.capture.lights.list_forms import LISTED
 from engine.capture.lights.listed import Direction, Listed
 from engine.capture.noted import Noted, note
-from engine.capture.output import Output, Written
+from engine.capture.output import CodeForm, Output, Written, find_form
 from engine.capture.output_region import View, view_of
 from engine.capture.photograph.calibration import Calibration
 from engine.capture.photograph.decode import read_photograph
@@ -50,11 +52,13 @@ class AheadLight:
 
 @dataclass(frozen=True, eq=False)
 class Begun:
-    """Files of a stack in a `folder`, with the `lights` that they hold by their places in a `view` of photographs."""
+    """Files of a stack in a `folder`, with the `lights` that they hold by their places in a `view` of photographs;
+    `form` is that of their codes where they hold these."""
 
     folder: Path
     view: View
     lights: dict[int, AheadLight]
+    form: CodeForm | None = None
 
     def find(self, index: int, kept: Kept, numbers: tuple[float, ...] | None) -> AheadLight | None:
         """The light at a place where it was made of these pixels by these numbers; None where another is, or none."""
@@ -113,19 +117,28 @@ class WrittenAhead:
         photograph = calibration.applied(photograph, elevation, azimuth, factor)
         radiance, saturated = photograph.radiance, photograph.saturated
         refuse_larger(path, radiance)
-        output = self._open(len(listed.directions), saturated.shape, path.parent)
-        if self._size != saturated.shape or numbers is None or kept.pixels is None:
+        is_plain = _is_plain(self._settings, listed.directions)
+        coded = kept.pixels if isinstance(kept.pixels, Coded) and self._settings.framing is None else None
+        form = None if coded is None else find_form(coded)
+        output = self._open(len(listed.directions), saturated.shape, path.parent, form)
+        if self._size != saturated.shape or numbers is None or kept.pixels is None or output.form != form:
             return
-        light = WaitingLight(Pixels(radiance, saturated))
-        written = drain(output.write(index, light, np.eye(3)))
+        pixels = Pixels(radiance, saturated)
+        if coded is not None:
+            written = drain(output.write_codes(index, coded, output.cut(pixels)))
+        elif is_plain:
+            written = drain(output.write(index, WaitingLight(pixels), np.eye(3)))
+        else:
+            return
         output.synchronise()
-        self._lights[index] = AheadLight(kept.pixels, numbers, note(radiance, saturated, with_grey=False), written)
+        noted = note(radiance, saturated, with_grey=not is_plain)
+        self._lights[index] = AheadLight(kept.pixels, numbers, noted, written)
 
-    def _open(self, count: int, size: tuple[int, int], place: Path) -> Output:
+    def _open(self, count: int, size: tuple[int, int], place: Path, form: CodeForm | None) -> Output:
         if self._output is None:
             self._folder = self._held.enter_context(passing_folder(self._beside))
             view = view_of(self._settings, np.eye(3)[None], size, place)
-            self._output, self._size = Output(self._files, self._folder, count, view), size
+            self._output, self._size = Output(self._files, self._folder, count, view, size, form=form), size
         return self._output
 
     def hand_over(self, settings: ImportSettings, place: Path) -> Begun | None:
@@ -141,7 +154,8 @@ class WrittenAhead:
             same_disk = folder.stat().st_dev == place.stat().st_dev
         except (FileError, OSError):
             return None
-        return Begun(folder, view, self._lights) if same_disk and output.view.is_same(view) else None
+        is_same = same_disk and output.view.is_same(view)
+        return Begun(folder, view, self._lights, output.form) if is_same else None
 
     def close(self) -> None:
         """Remove what no import has taken."""
@@ -164,12 +178,22 @@ def take_begun(settings: ImportSettings, place: Path) -> Begun | None:
     return next((begun for each in tuple(_open) if (begun := each.hand_over(settings, place)) is not None), None)
 
 
-def _is_known_of_each(settings: ImportSettings, directions: Sequence[Direction]) -> bool:
-    """True where nothing is to be found of all photographs together, and each is a light of its own."""
+def _azimuth_of(directions: Sequence[Direction]) -> NDArray[np.float64] | None:
+    """Azimuths in radians; None where they are not known of all."""
     azimuths = [azimuth for _, azimuth in directions if azimuth is not None]
-    azimuth = np.radians(azimuths) if len(azimuths) == len(directions) else None
-    motion = settings.motion if settings.motion != "auto" else usual_motion(azimuth)
-    is_plain = settings.calibrate == "none" or azimuth_spread(azimuth) <= ONE_ARC
+    return np.radians(azimuths) if len(azimuths) == len(directions) else None
+
+
+def _is_plain(settings: ImportSettings, directions: Sequence[Direction]) -> bool:
+    """True where nothing is to be found of all photographs together."""
+    return settings.calibrate == "none" or azimuth_spread(_azimuth_of(directions)) <= ONE_ARC
+
+
+def _is_known_of_each(settings: ImportSettings, directions: Sequence[Direction]) -> bool:
+    """True where the codes of each photograph, or its radiance, lie at one place whatever the others are; and each is a
+    light of its own."""
+    motion = settings.motion if settings.motion != "auto" else usual_motion(_azimuth_of(directions))
+    is_plain = _is_plain(settings, directions) or settings.crop is None
     others = (settings.chart, settings.lens, settings.equalise, settings.lights, settings.second_sphere)
     is_listed = settings.lights_form == LISTED and not settings.estimate_lights and len(directions) > 1
     return motion == "none" and is_plain and is_listed and not settings.control_points and others == (None,) * 5

@@ -148,6 +148,7 @@ class Decoded:
                 return Pixels(self._copy(photograph.radiance), self._copy(photograph.saturated))
             # what is small would keep all the memory alive in which the decoder answered
             tables, matrix = coded.tables.copy(), None if coded.matrix is None else coded.matrix.copy()
+            assert isinstance(coded.codes, np.ndarray)
             return replace(coded, codes=self._copy(coded.codes), tables=tables, matrix=matrix)
         except OutputError:
             return None

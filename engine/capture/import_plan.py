@@ -181,7 +181,7 @@ class ImportSettings:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Settled choices of an import, before the first photograph is kept."""
+    """Settled choices of an import, before the first photograph is kept; `as_codes` where these may be what is kept."""
 
     sources: Sources
     settings: ImportSettings
@@ -202,6 +202,7 @@ class Plan:
     separation: Separation | None = None
     size_of_pixel: physical.Scale | None = None
     pair_shift: PairShift | None = None
+    as_codes: bool = True
 
     @property
     def nearness(self) -> float:

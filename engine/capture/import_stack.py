@@ -6,6 +6,10 @@ still are written at once where nothing is estimated, unless they are pairs unde
 (`engine.capture.waiting`) until all motions and the rig are known, and are then corrected and warped in bands of rows
 into `radiance.npy`, each while the one before is written. Every number is independent of the height of the bands.
 
+Of a camera that stood still the codes of the photographs are written as they are read, in place of radiance, as far as
+each pixel is corrected by itself: what is found of the rig goes into the record, and is applied whenever they are read
+(`engine.capture.coded_pixels`). Where they turn out to be moved, or to show room light, radiance is made of them.
+
 Of pairs the crossed photograph is read after the parallel one. What brings both together is found in small copies of
 all (`engine.capture.calibration.polarisation`), and the parts are taken apart as they are written: the stack shows the
 sample without polarisers, and `diffuse.npy` its diffuse part.
@@ -30,6 +34,7 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 import engine
 from engine.capture.ahead import AheadLight, Begun, take_begun
@@ -42,6 +47,7 @@ from engine.capture.calibration.polarisation import PairTexels, separate, texel_
 from engine.capture.calibration.rig import TERMS, Rig, lamp_vectors
 from engine.capture.calibration.separation import gain_text
 from engine.capture.calibration.transfer import check_transfer
+from engine.capture.coded_pixels import Curve, Decoding, FallOff
 from engine.capture.decoded import Kept, find_kept
 from engine.capture.doubts import check_angles, without_empty, without_unreadable
 from engine.capture.empty import empty
@@ -64,7 +70,7 @@ from engine.capture.mask import Mask, pack
 from engine.capture.mask_source import ALPHA, read_mask
 from engine.capture.noted import Noted, note, reduce_luminance, small
 from engine.capture.object_outline import ObjectOutline
-from engine.capture.output import BAND_PIXELS, RECORD_BYTES, CorrectRows, Output
+from engine.capture.output import BAND_PIXELS, RECORD_BYTES, CodeForm, CorrectRows, Output, Written, find_form
 from engine.capture.output_region import View, view_of
 from engine.capture.photograph.decode import Photograph, ReadAhead, Unreadable
 from engine.capture.photograph.exposures import Exposure
@@ -82,8 +88,8 @@ from engine.capture.report import (
     report,
 )
 from engine.capture.scale import magnification_of, scale_text
-from engine.capture.stack import DIFFUSE, RADIANCE, RECORD, SATURATED, ImageStack, open_stack
-from engine.capture.stack_record import StackRecord, write_record
+from engine.capture.stack import CODES, DIFFUSE, RADIANCE, RECORD, SATURATED, ImageStack, kinds_of, open_stack
+from engine.capture.stack_record import CodesRecord, StackRecord, write_record
 from engine.capture.waiting import PAIR_BYTES, PIXEL_BYTES, CalibrateRows, CodedPixels, Pixels, WaitingLight
 from engine.core.colour import to_display8
 from engine.core.directions import surface_direction
@@ -94,7 +100,7 @@ from engine.core.steps import Step, Steps, part
 from engine.images.codes import Coded
 from engine.images.credits import join_credits
 from engine.images.decode import refuse_larger
-from engine.storage.atomic import atomic_folder, require_space, write_bytes
+from engine.storage.atomic import atomic_folder, discard, require_space, write_bytes
 from engine.storage.records import HealthRecord
 from engine.storage.scratch import array_in, release, scratch_place
 
@@ -131,6 +137,9 @@ class _Read:
     scratch: Path | None = None
     output: Output | None = None
     begun: Begun | None = None
+    form: CodeForm | None = None
+    decodings: list[Decoding] = field(default_factory=list)
+    stored: list[Written] = field(default_factory=list)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -138,9 +147,16 @@ class _Read:
         return self.sizes[0][1], self.sizes[0][0]
 
 
-def import_stack(sources: Sources, settings: ImportSettings, folder: str | os.PathLike[str]) -> Steps[ImageStack]:
+class _OtherForms(Exception):
+    """Not all photographs have codes of one form, so that radiance is to be kept."""
+
+
+def import_stack(
+    sources: Sources, settings: ImportSettings, folder: str | os.PathLike[str], *, as_codes: bool = True
+) -> Steps[ImageStack]:
     """Import `sources` into the stack folder `folder`, which is complete or absent, and open it.
 
+    It keeps radiance unless it may keep codes of the photographs (`as_codes`), of which the same is made.
     Steps carry a `ThumbnailReady` when the photographs of a light have been read. A photograph that cannot be read or
     shows nothing is left out, and the import begins anew without it, where the settings allow that and enough remain.
     Raises InputError for photographs that cannot be read or do not fit together, Doubtful where a user may say that
@@ -151,16 +167,21 @@ def import_stack(sources: Sources, settings: ImportSettings, folder: str | os.Pa
         record: StackRecord | None = None
         while record is None:
             try:
-                record = yield from _import(sources, settings, place)
+                record = yield from _import(sources, settings, place, as_codes)
             except Unreadable as error:
                 sources = without_unreadable(sources, error, count, settings.strict)
+            except _OtherForms:
+                as_codes = False
+        for name in {CODES, RADIANCE, SATURATED, DIFFUSE} - kinds_of(record).keys():
+            discard(place / name)
         write_bytes(place / RECORD, write_record(record))
     return open_stack(folder, verify=False)
 
 
-def _import(sources: Sources, settings: ImportSettings, place: Path) -> Steps[StackRecord]:
+def _import(sources: Sources, settings: ImportSettings, place: Path, as_codes: bool) -> Steps[StackRecord]:
     """Write the pixels of `sources` into the folder `place`."""
     plan = yield from part(plan_import(sources, settings), 0.0, 0.1)
+    plan = replace(plan, as_codes=as_codes)
     first, record = len(plan.names), None
     while record is None:
         last = 1.0 if _direct(plan) else 0.55
@@ -188,6 +209,7 @@ def _read_frames_again(sources: Sources, settings: ImportSettings, plan: Plan, l
     said = left.sources.findings[len(plan.sources.findings) :]
     sources = replace(sources, findings=(*sources.findings, *said))
     again = yield from part(plan_import(sources, settings, white), 0.0, 0.1)
+    again = replace(again, as_codes=plan.as_codes)
     again = replace(again, options={**again.options, **left.options, "white_balance": again.options["white_balance"]})
     return again if again.names == left.names else again.reduced(left.sources)
 
@@ -255,7 +277,7 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: Output) -> St
         report(names, mean_radiance, quality, sources.azimuth)
     )
     return StackRecord(
-        lightarc_stack=1,
+        lightarc_stack=1 if output.form is None else 2,
         height_px=region.height,
         width_px=region.width,
         sources=names,
@@ -263,9 +285,10 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: Output) -> St
         azimuths_deg=None if sources.azimuth is None else _degrees(sources.azimuth),
         angle_source=sources.angle_source,  # type: ignore[arg-type]
         mean_radiance=[float(mean) for mean in mean_radiance],
-        radiance_crc32=crc32[RADIANCE],
-        saturated_crc32=crc32[SATURATED],
+        radiance_crc32=crc32.get(RADIANCE),
+        saturated_crc32=crc32.get(SATURATED),
         diffuse_crc32=crc32.get(DIFFUSE),
+        codes=_codes_record(read, output),
         quality=quality,
         provenance={
             "software": f"lightarc {engine.__version__}",
@@ -287,6 +310,16 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: Output) -> St
         },
         health=HealthRecord.of(health),
     )
+
+
+def _codes_record(read: _Read, output: Output) -> CodesRecord | None:
+    if output.form is None:
+        return None
+    checksums = [each.crc32[CODES] for each in output.written]
+    try:
+        return CodesRecord.describe(output.form, output.window, read.decodings, checksums)
+    except ValidationError:  # numbers beyond those of a record, or too many curves
+        raise _OtherForms from None
 
 
 def _read_mask(plan: Plan, size: tuple[int, int], reference: int, view: View) -> Mask | None:
@@ -313,11 +346,12 @@ def _degrees(angles: NDArray[np.float64]) -> list[float]:
 
 def _read_all(plan: Plan, place: Path, files: ExitStack) -> Steps[_Read]:
     """Read, calibrate and merge all lights; those of a still camera are written at once."""
-    begun = take_begun(plan.settings, place) if _direct(plan) else None
+    begun = take_begun(plan.settings, place) if _writes_at_once(plan) else None
     read, lights = _Read(begun=begun), plan.sources.exposures
     known, still = _find_known(plan, begun), plan.still and "motion" not in plan.calibrated
     unknown = [path for path in plan.files if path not in known]
-    with closing(ReadAhead(unknown, **plan.options, keep_codes=_waits_as_codes(plan))) as ahead:
+    keep_codes = _waits_as_codes(plan) or _writes_codes(plan)
+    with closing(ReadAhead(unknown, **plan.options, keep_codes=keep_codes)) as ahead:
         for index, light in enumerate(lights):
             start, stop = index / len(lights), (index + 1) / len(lights)
             if (kept := known.get(light[0].path)) is not None:
@@ -362,7 +396,9 @@ def _find_known(plan: Plan, begun: Begun | None) -> dict[Path, tuple[Kept, Ahead
             continue
         factor = _factor(plan, index, path)
         numbers = plan.calibration.numbers(kept.photograph, *_angles(plan, index), factor)
-        there = begun.find(index, kept, numbers) if begun is not None else None
+        form = find_form(kept.pixels) if isinstance(kept.pixels, Coded) and _writes_codes(plan) else None
+        is_fit = begun is not None and begun.form == form and (form is not None or _direct(plan))
+        there = begun.find(index, kept, numbers) if begun is not None and is_fit else None
         if there is not None or plan.calibration.leaves(kept.photograph, factor):
             found[path] = kept, there
     return found
@@ -388,22 +424,73 @@ def _take_known(
         _check_mask(plan, read)
     noted = kept.noted if there is None else there.noted
     _add_noted(read, replace(noted, grey=None) if still else noted)
-    if there is not None:
+    coded = kept.pixels if isinstance(kept.pixels, Coded) else None
+    _note_form(plan, read, coded)
+    if there is not None and read.form is None:
         _direct_output(plan, read, place, files).adopt(there.written)
-        yield Step(1.0, *_say_ready(plan, index, read))
-        return
-    pixels: Pixels | CodedPixels
-    if isinstance(kept.pixels, Coded):
-        pixels = CodedPixels(kept.pixels, _calibration_of(plan, read))
+    elif coded is not None and read.form is not None and _writes_at_once(plan):
+        yield from _keep_codes(plan, read, coded, place, files, written=None if there is None else there.written)
     else:
         assert kept.pixels is not None
-        pixels = kept.pixels
-    waiting = WaitingLight(pixels, stays=True)
-    if _direct(plan):
-        yield from _direct_output(plan, read, place, files).add(waiting, np.eye(3))
-    else:
-        read.waiting.append(waiting)
+        pixels: Pixels | CodedPixels = CodedPixels(coded, _calibration_of(plan, read)) if coded else kept.pixels  # type: ignore[assignment]
+        waiting = WaitingLight(pixels, stays=True)
+        if _direct(plan):
+            yield from _direct_output(plan, read, place, files).add(waiting, np.eye(3))
+        else:
+            read.waiting.append(waiting)
     yield Step(1.0, *_say_ready(plan, index, read))
+
+
+def _note_form(plan: Plan, read: _Read, coded: Coded | None) -> None:
+    """Note what makes radiance of the codes of the light that has been read last, if these are what is written.
+
+    Raises _OtherForms where codes have another form than those of the first light.
+    """
+    form = find_form(coded) if coded is not None and _writes_codes(plan) else None
+    index = len(read.photographs) - 1
+    read.form = form if index == 0 else read.form
+    if form != read.form:
+        raise _OtherForms
+    if coded is None or form is None:
+        return
+    (photograph,) = read.photographs[-1]
+    distance = plan.calibration.lamp_distance
+    stated = FallOff(distance, *_angles(plan, index)) if math.isfinite(distance) else None
+    red, green, blue = plan.calibration.factors(photograph, _factor(plan, index, photograph.path)).tolist()
+    matrix = None if coded.matrix is None else coded.matrix.copy()
+    curve = Curve(coded.tables.copy(), coded.white, matrix)  # a view would keep alive in what the decoder answered
+    known = next((each.curve for each in read.decodings if each.curve.is_same(curve)), curve)
+    read.decodings.append(Decoding(known, (red, green, blue), stated))
+
+
+def _keep_codes(
+    plan: Plan,
+    read: _Read,
+    coded: Coded,
+    place: Path,
+    files: ExitStack,
+    *,
+    written: Written | None = None,
+    photograph: Photograph | None = None,
+) -> Steps[None]:
+    """Write the codes of the light that has been read last, unless they lie at their place, as is then `written`; they
+    wait there where something is to be estimated. `photograph` has its radiance where that is there."""
+    index = len(read.photographs) - 1
+    output = _direct_output(plan, read, place, files)
+    if written is None:
+        take = None
+        if _direct(plan) and photograph is not None:
+            take = output.cut(Pixels(photograph.radiance, photograph.saturated))
+        elif _direct(plan):
+            take = output.decode(coded, read.decodings[index])
+        written = yield from output.write_codes(index, coded, take)
+    if _direct(plan):
+        output.adopt(written)
+        return
+    read.stored.append(written)
+    there = replace(coded, codes=output.read_codes(index), tables=read.decodings[index].curve.tables)
+    there = replace(there, matrix=read.decodings[index].curve.matrix)
+    read.waiting.append(WaitingLight(CodedPixels(there, _calibration_of(plan, read)), stays=True))
 
 
 def _refuse_contradictions(plan: Plan, read: _Read) -> None:
@@ -501,6 +588,10 @@ def _keep(
 ) -> Steps[None]:
     """Write the pixels: of a still camera to the stack, else where they wait for the alignment."""
     count = len(plan.names)
+    _note_form(plan, read, photograph.coded)
+    if photograph.coded is not None and read.form is not None and _writes_at_once(plan):
+        yield from _keep_codes(plan, read, photograph.coded, place, files, photograph=photograph)
+        return
     if _direct(plan):
         light = WaitingLight(Pixels(photograph.radiance, photograph.saturated))
         yield from _direct_output(plan, read, place, files).add(light, np.eye(3))
@@ -511,6 +602,7 @@ def _keep(
         clipped = photograph.saturated if crossed is None else photograph.saturated | crossed.saturated
         copied: list[NDArray[Any]] = [photograph.radiance, clipped, *([] if crossed is None else [crossed.radiance])]
     else:
+        assert isinstance(photograph.coded.codes, np.ndarray)
         copied = [photograph.coded.codes]
     light_bytes = sum(each.nbytes for each in copied)
     if read.scratch is None and all(light.stays for light in read.waiting):
@@ -539,6 +631,18 @@ def _keep(
 def _waits_as_codes(plan: Plan) -> bool:
     """Whether codes of photographs are kept: what is done to each pixel can be done again, and cheaply."""
     return not _direct(plan) and not plan.has_pairs and plan.chart is None and plan.calibration.is_by_pixel
+
+
+def _writes_codes(plan: Plan) -> bool:
+    """Whether codes may be what is written: photographs stay where they are, and few numbers correct their pixels."""
+    frames = plan.calibration
+    is_plain = frames.is_by_pixel and frames.dark is None and frames.gain is None and plan.chart is None
+    return plan.as_codes and is_plain and plan.still and plan.settings.framing is None and not plan.has_pairs
+
+
+def _writes_at_once(plan: Plan) -> bool:
+    """Whether lights are written as they are read; those that may still be moved are needed beyond a crop."""
+    return _direct(plan) or (_writes_codes(plan) and plan.settings.crop is None)
 
 
 def _calibration_of(plan: Plan, read: _Read) -> CalibrateRows:
@@ -818,6 +922,14 @@ def _small_aligned(read: _Read, alignment: Alignment) -> _Small:
 def _write_aligned(
     plan: Plan, read: _Read, alignment: Alignment, correction: Correction | None, place: Path, files: ExitStack
 ) -> Steps[None]:
+    is_still = all(np.array_equal(matrix, np.eye(3)) for matrix in alignment.matrix)
+    if read.form is not None and is_still and (correction is None or correction.room is None):
+        yield from _complete_codes(plan, read, correction, place, files)
+        return
+    if read.output is not None:  # where the codes lie until radiance has been made of them
+        left = read.output
+        files.callback(left.abandon)
+    read.form = None
     given_back = sum(light.size_bytes for light in list(read.waiting)[1:] if not light.stays)
     beside = plan.crossed_matrices(np.tile(np.eye(3), (len(plan.names), 1, 1)))
     both = (correction, correction)
@@ -831,6 +943,24 @@ def _write_aligned(
         yield from read.output.add(light, matrix, of_light, None if beside is None else beside[index])
 
 
+def _complete_codes(
+    plan: Plan, read: _Read, correction: Correction | None, place: Path, files: ExitStack
+) -> Steps[None]:
+    """Write the codes that are not yet in the stack, and note the radiance that is made of them from now on."""
+    output = _direct_output(plan, read, place, files)
+    read.decodings = [each.add_correction(correction, index) for index, each in enumerate(read.decodings)]
+    for index, (light, decoding) in enumerate(zip(read.waiting, read.decodings, strict=True)):
+        if not read.stored:
+            assert isinstance(light.pixels, CodedPixels)
+            coded = light.pixels.coded
+            output.adopt((yield from output.write_codes(index, coded, output.decode(coded, decoding))))
+        elif correction is None and read.stored[index].tally.rows:
+            output.adopt(read.stored[index])
+        else:
+            output.adopt((yield from output.note_codes(index, read.stored[index], decoding)))
+    read.waiting.clear()
+
+
 def _correct_rows(correction: Correction | None, index: int, height: int) -> CorrectRows | None:
     if correction is None:
         return None
@@ -840,7 +970,9 @@ def _correct_rows(correction: Correction | None, index: int, height: int) -> Cor
 def _direct_output(plan: Plan, read: _Read, place: Path, files: ExitStack) -> Output:
     """The files to which lights are written as they are read; those that were begun, if there are any."""
     if read.output is None:
-        read.output = _output(plan, _find_unmoved(len(plan.names)), read.shape, place, files, begun=read.begun)
+        begun = read.begun if read.begun is not None and read.begun.form == read.form else None
+        still = _find_unmoved(len(plan.names))
+        read.output = _output(plan, still, read.shape, place, files, begun=begun, form=read.form)
     return read.output
 
 
@@ -852,21 +984,24 @@ def _output(
     files: ExitStack,
     given_back: int = 0,
     begun: Begun | None = None,
+    form: CodeForm | None = None,
 ) -> Output:
     crossed = plan.crossed_matrices(alignment.matrix)
     matrices = alignment.matrix if crossed is None else np.concatenate([alignment.matrix, crossed])
     view = view_of(plan.settings, matrices, size, plan.sources.photographs[0].parent)
     folder = None if begun is None else begun.folder
     if folder is not None:
-        given_back += sum((folder / name).stat().st_size for name in (RADIANCE, SATURATED))
+        given_back += sum(each.stat().st_size for each in folder.iterdir())
     return Output(
         files,
         place,
         len(plan.names),
         view,
+        size,
         given_back=given_back,
         separation=plan.separation,
         begun=folder,
+        form=form,
     )
 
 

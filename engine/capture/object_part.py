@@ -8,9 +8,10 @@ Cost: one reading of the photographs; texels in files stay there and are masked 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from engine.core.colour import LUMINANCE
 from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
-from engine.storage.file_array import FileArray
+from engine.storage.file_array import FileArray, Piece
 
 #: The key of the share of the object in the provenance of a stack that shows it alone.
 SHARE = "object_share"
@@ -32,16 +33,22 @@ ROWS = 256
 
 @dataclass(frozen=True, eq=False)
 class _MaskedFile(FileArray):
-    """A file of planes that are read as 0 where `mask` (H, W) is False."""
+    """Planes of another array in a file (`of`) that are read as 0 where `mask` (H, W) is False."""
 
+    of: FileArray | None = None
     mask: Mask | None = None
 
-    def _fill(self, file: BinaryIO, into: NDArray[Any], row: int) -> None:
-        super()._fill(file, into, row)
-        if self.mask is not None:
-            lines = into.reshape(-1, *self.shape[2:])
+    @property
+    def is_there(self) -> bool:
+        return self.of is not None and self.of.is_there
+
+    def fill(self, pieces: Sequence[Piece]) -> None:
+        assert self.of is not None
+        assert self.mask is not None
+        self.of.fill(pieces)
+        for row, into in pieces:
             first = row % self.shape[1]
-            lines[~self.mask[first : first + len(lines)]] = 0
+            into[~self.mask[first : first + len(into)]] = 0
 
 
 def take_object(stack: ImageStack, *, to_tile: bool = False) -> Steps[tuple[ImageStack, Mask | None, Health]]:
@@ -91,6 +98,7 @@ def object_mask(stack: ImageStack) -> Mask | None:
 
 def _hide(array: NDArray[Any] | FileArray, mask: Mask) -> NDArray[Any] | FileArray:
     if isinstance(array, FileArray):
-        return _MaskedFile(**{each.name: getattr(array, each.name) for each in fields(FileArray)}, mask=mask)
+        own = {each.name: getattr(array, each.name) for each in fields(FileArray)}
+        return _MaskedFile(**own, of=array, mask=mask)
     shown = mask.reshape(1, *mask.shape, *(1,) * (array.ndim - 3))
     return np.asarray(np.where(shown, array, np.zeros((), array.dtype)))

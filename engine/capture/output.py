@@ -1,40 +1,50 @@
-"""The pixels of a stack as they are written: lights one after the other, each corrected and warped in bands of rows.
+"""The pixels of a stack as they are written: lights one after the other, each corrected and warped in bands of rows;
+or its codes, where what makes radiance of them can be applied whenever they are read (`engine.capture.coded_pixels`).
 
 Each light has its place in the files, and its tally and checksums are its own, so that one that was written before the
 import began (`engine.capture.ahead`) is adopted as it lies there. The checksum of a file is joined of those of lights.
-Cost: bound by the disk, and by memory where the system keeps what is to be written: 13 bytes a pixel.
+Cost: bound by the disk, and by memory where the system keeps what is to be written: 13 bytes a pixel, of codes as many
+as their files hold when unpacked, 3 of 8 bits.
 """
 
 from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from engine.capture.calibration.separation import Separation
+from engine.capture.coded_pixels import Decoding, Window, radiance_of
 from engine.capture.output_region import View
 from engine.capture.registration.warp import warp
 from engine.capture.report import grid_step
-from engine.capture.stack import DIFFUSE, RADIANCE, SATURATED, npy_header
+from engine.capture.stack import CODES, DIFFUSE, RADIANCE, SATURATED, npy_header
 from engine.capture.tally import Tally
-from engine.capture.waiting import PAIR_BYTES, PIXEL_BYTES, CodedPixels, Pixels, WaitingLight
+from engine.capture.waiting import CodedPixels, Pixels, WaitingLight
 from engine.core.steps import Step, Steps
+from engine.images.codes import Coded
 from engine.storage.atomic import atomic_file, require_space, synchronise
 from engine.storage.crc32 import join_crc32
+from engine.storage.file_array import FileArray, Plane
+from engine.storage.scratch import release
 
 #: Bytes of room for the record of a stack, and pixels that are written at once.
 RECORD_BYTES, BAND_PIXELS = 1 << 20, 1 << 20
 
 #: Correction in place of rows of radiance, from a row of the photograph on.
 CorrectRows = Callable[[NDArray[np.float32], int], None]
+
+
+#: Radiance and saturation of the rows of a region from the first up to the last.
+TakeRows = Callable[[int, int], tuple[NDArray[np.float32], NDArray[np.bool_]]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +55,24 @@ class Written:
     crc32: dict[str, int]
 
 
+class CodeForm(NamedTuple):
+    """Kind of the codes of photographs, and number of channels of a pixel."""
+
+    dtype: np.dtype[Any]
+    channels: int
+
+
+def find_form(coded: Coded) -> CodeForm:
+    """The form of the codes of a photograph."""
+    return CodeForm(np.dtype(coded.codes.dtype), coded.codes.shape[2])
+
+
 class Output:
     """The .npy files of a stack, to which lights are added in order; pairs need the `separation` of their parts.
 
-    `given_back` are bytes on the same disk that are free again by and by, as lights are added. The files begin as those
-    of the folder `begun`, where it is given.
+    `size` is the height and width of the photographs. With the `form` of codes these are what is written. `given_back`
+    are bytes on the same disk that are free again by and by, as lights are added. The files begin as those of the
+    folder `begun`, where it is given.
     """
 
     def __init__(
@@ -58,24 +81,27 @@ class Output:
         place: Path,
         count: int,
         view: View,
+        size: tuple[int, int],
         *,
         given_back: int = 0,
         separation: Separation | None = None,
         begun: Path | None = None,
+        form: CodeForm | None = None,
     ) -> None:
         shape = (count, view.region.height, view.region.width)
-        pixel_bytes = PIXEL_BYTES if separation is None else PAIR_BYTES
-        require_space(place, max(0, math.prod(shape) * pixel_bytes - given_back) + RECORD_BYTES)
-        self.view = view
+        kinds: dict[str, tuple[tuple[int, ...], DTypeLike]]
+        if form is not None:
+            kinds = {CODES: ((*shape, form.channels), form.dtype)}
+        else:
+            kinds = {RADIANCE: ((*shape, 3), np.float32), SATURATED: (shape, np.bool_)}
+        if separation is not None:
+            kinds[DIFFUSE] = ((*shape, 3), np.float32)
+        size_bytes = sum(math.prod(full) * np.dtype(kind).itemsize for full, kind in kinds.values())
+        require_space(place, max(0, size_bytes - given_back) + RECORD_BYTES)
+        self.view, self.form, self.size = view, form, size
         self.written: list[Written] = []
         self._separation = separation
         self._count = count
-        kinds: dict[str, tuple[tuple[int, ...], DTypeLike]] = {
-            RADIANCE: ((*shape, 3), np.float32),
-            SATURATED: (shape, np.bool_),
-        }
-        if separation is not None:
-            kinds[DIFFUSE] = ((*shape, 3), np.float32)
         self._headers = {name: npy_header(*kind) for name, kind in kinds.items()}
         self._light_bytes = {
             name: math.prod(full[1:]) * np.dtype(kind).itemsize for name, (full, kind) in kinds.items()
@@ -144,10 +170,8 @@ class Output:
         self._finish_writing()
         for name, file in self._files.items():
             file.seek(len(self._headers[name]) + index * self._light_bytes[name])
-        rows = max(1, BAND_PIXELS // region.width)
-        for first in range(0, region.height, rows):
+        for first, last in self._bands_of_rows():
             yield Step((index + first / region.height) / self._count, f"Writing {index + 1} of {self._count}")
-            last = min(first + rows, region.height)
             band, mask = take(first, last)
             parts: dict[str, NDArray[Any]] = {SATURATED: mask}
             if take_crossed is not None and self._separation is not None:
@@ -160,6 +184,72 @@ class Output:
             light.release()
         self._finish_writing()
         return written
+
+    def write_codes(self, index: int, coded: Coded, take: TakeRows | None = None) -> Steps[Written]:
+        """Write the codes of one light that the region of the view shows, and note the radiance that one can `take`."""
+        region = self.view.region
+        written = Written(Tally(grid_step(region.height, region.width)), {CODES: 0})
+        self._finish_writing()
+        self._files[CODES].seek(len(self._headers[CODES]) + index * self._light_bytes[CODES])
+        for first, last in self._bands_of_rows():
+            yield Step((index + first / region.height) / self._count, f"Writing {index + 1} of {self._count}")
+            rows = coded.codes[region.top + first : region.top + last]
+            codes = np.ascontiguousarray(rows[:, region.left : region.left + region.width])
+            self._finish_writing()
+            self._writing = self._writer.submit(self._write, {CODES: codes}, written.crc32)
+            if take is not None:
+                written.tally.add(*take(first, last), first)
+            release(coded.codes)
+        self._finish_writing()
+        return written
+
+    @property
+    def window(self) -> Window:
+        """The part of the photographs that the region of the view shows."""
+        return Window(*self.size, self.view.region.top, self.view.region.left)
+
+    def read_codes(self, index: int) -> Plane:
+        """The codes of a light that lies at its place."""
+        self._finish_writing()
+        file, header, region = self._files[CODES], self._headers[CODES], self.view.region
+        assert self.form is not None
+        shape = (self._count, region.height, region.width, self.form.channels)
+        status = Path(file.name).stat()
+        return Plane(FileArray(Path(file.name), shape, self.form.dtype, len(header), status), index)
+
+    def note_codes(self, index: int, written: Written, decoding: Decoding) -> Steps[Written]:
+        """Give what was `written` of the codes of a light a tally of the radiance that `decoding` makes of them."""
+        region, codes, window = self.view.region, self.read_codes(index), self.window
+        tally = Tally(grid_step(region.height, region.width))
+        for first, last in self._bands_of_rows():
+            yield Step((index + first / region.height) / self._count, f"Measuring {index + 1} of {self._count}")
+            tally.add(*radiance_of(codes[first:last], first, decoding, window), first)
+        return Written(tally, written.crc32)
+
+    def decode(self, coded: Coded, decoding: Decoding) -> TakeRows:
+        """Function from rows of the region to the radiance that `decoding` makes of `coded`, a whole photograph."""
+        window = self.window
+
+        def take(first: int, last: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+            rows = coded.codes[window.top + first : window.top + last]
+            return radiance_of(rows[:, window.left : window.left + self.view.region.width], first, decoding, window)
+
+        return take
+
+    def cut(self, pixels: Pixels) -> TakeRows:
+        """Function from rows of the region to those of a photograph."""
+        return self._bands(pixels, np.eye(3), None)
+
+    def abandon(self) -> None:
+        """Write no more: the files are empty, and to be removed when they are closed."""
+        self._finish_writing()
+        for file in self._files.values():
+            file.truncate(0)
+
+    def _bands_of_rows(self) -> Iterator[tuple[int, int]]:
+        """First row of each band and the one after its last."""
+        height, rows = self.view.region.height, max(1, BAND_PIXELS // self.view.region.width)
+        return ((first, min(first + rows, height)) for first in range(0, height, rows))
 
     def _write(self, parts: dict[str, NDArray[Any]], crc32: dict[str, int]) -> None:
         for name, pixels in parts.items():
@@ -183,7 +273,7 @@ class Output:
 
     def _bands(
         self, pixels: Pixels | CodedPixels, matrix: NDArray[np.float64], correct: CorrectRows | None
-    ) -> Callable[[int, int], tuple[NDArray[np.float32], NDArray[np.bool_]]]:
+    ) -> TakeRows:
         """Function from the first row and the one after the last of a band of the region to its radiance and mask."""
         region, samples = self.view.region, self.view.samples
 

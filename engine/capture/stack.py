@@ -1,10 +1,11 @@
 """The stack of linear photographs that everything after the import works on, and the folder that holds it.
 
-A stack folder holds `stack.json` (`engine.capture.stack_record`), `radiance.npy` and `saturated.npy`, and
-`diffuse.npy` where the photographs are pairs under polarisers. It is treated
-as hostile when it is opened: sizes, shapes and kinds are compared with the record, then the checksums of all pixels
-(about 0.5 s for a gigabyte). Stacks of before there were checksums open as well, with a note in their health. The
-pixels stay on disk and are read when they are needed.
+A stack folder holds `stack.json` (`engine.capture.stack_record`), and `codes.npy` where pixels are codes of the
+photographs, of which the record says what makes radiance of them (`engine.capture.coded_pixels`); else `radiance.npy`
+and `saturated.npy`, and `diffuse.npy` where the photographs are pairs under polarisers. It is treated as hostile when
+it is opened: sizes, shapes and kinds are compared with the record, then the checksums of all pixels (about 0.5 s for a
+gigabyte). Stacks of before there were checksums open as well, with a note in their health. The pixels stay on disk and
+are read when they are needed.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 from pydantic import ValidationError
 
+from engine.capture.coded_pixels import CodedArray, arrays_of
 from engine.capture.lights.light_file import CalibratedLights
 from engine.capture.lights.light_positions import Light
 from engine.capture.report import Quality
@@ -31,6 +33,7 @@ from engine.core.colour import REC_709, WORKING_SPACES, WorkingSpace, to_display
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.summary import Summary
+from engine.storage.crc32 import join_crc32
 from engine.storage.file_array import FileArray
 from engine.storage.untrusted import read_bytes
 
@@ -38,6 +41,7 @@ if TYPE_CHECKING:
     from engine.capture.stack_record import StackRecord
 
 RECORD, RADIANCE, SATURATED, DIFFUSE = "stack.json", "radiance.npy", "saturated.npy", "diffuse.npy"
+CODES = "codes.npy"
 
 _RECORD_LIMIT_BYTES = 64 << 20
 _AGAIN = "Import the photographs again"
@@ -92,7 +96,9 @@ class ImageStack(Summary):
 
     @property
     def pixels(self) -> dict[str, NDArray[Any] | FileArray]:
-        """Return the arrays of the photographs by the names of their files."""
+        """Return the arrays in the files of the photographs by the names of these."""
+        if isinstance(self.radiance, CodedArray) and self.radiance.codes is not None:
+            return {CODES: self.radiance.codes}
         found: dict[str, NDArray[Any] | FileArray] = {} if self.diffuse is None else {DIFFUSE: self.diffuse}
         return {**found, RADIANCE: self.radiance, SATURATED: self.saturated}
 
@@ -156,21 +162,22 @@ def open_stack(
     space = record.provenance.get("working_space")
     if space is not None and space not in [known.label for known in WORKING_SPACES]:
         raise InputError(place / RECORD, "states a working space that is not known", f"Update Lightarc, or {_AGAIN}")
-    shape = (len(record.sources), record.height_px, record.width_px)
-    files: list[tuple[str, tuple[int, ...], DTypeLike, int | None]]
-    files = [(RADIANCE, (*shape, 3), np.float32, record.radiance_crc32)]
-    files.append((SATURATED, shape, np.bool_, record.saturated_crc32))
-    if record.diffuse_crc32 is not None:
-        files.append((DIFFUSE, (*shape, 3), np.float32, record.diffuse_crc32))
-    radiance, saturated, *diffuse = (
-        _check(place / name, full, kind, crc32 if verify else None)
-        if pixels is None
-        else _elsewhere(Path(pixels) / name, full, kind, crc32, verify)
-        for name, full, kind, crc32 in files
-    )
+    arrays: dict[str, FileArray] = {}
+    for name, (shape, kind) in kinds_of(record).items():
+        crc32 = _checksum_of(record, name)
+        if pixels is None:
+            arrays[name] = _check(place / name, shape, kind, crc32 if verify else None)
+        else:
+            arrays[name] = _elsewhere(Path(pixels) / name, shape, kind, crc32, verify)
+    if record.codes is not None:
+        try:
+            decodings = record.codes.decodings()
+        except ValueError as error:
+            raise InputError(place / RECORD, f"is damaged ({error})", _AGAIN) from None
+        arrays[RADIANCE], arrays[SATURATED] = arrays_of(arrays[CODES], decodings, record.codes.window)
     return ImageStack(
-        radiance=radiance,
-        saturated=saturated,
+        radiance=arrays[RADIANCE],
+        saturated=arrays[SATURATED],
         elevation=_read_only(np.radians(record.elevations_deg)),
         azimuth=None if record.azimuths_deg is None else _read_only(np.radians(record.azimuths_deg)),
         mean_radiance=_read_only(np.array(record.mean_radiance, np.float64)),
@@ -180,8 +187,34 @@ def open_stack(
         health=_health(record, is_sealed),
         quality=tuple(record.quality),
         folder=place,
-        diffuse=diffuse[0] if diffuse else None,
+        diffuse=arrays.get(DIFFUSE),
     )
+
+
+def kinds_of(record: StackRecord) -> dict[str, tuple[tuple[int, ...], DTypeLike]]:
+    """Shape and kind of the arrays in the files of a stack, by the names of these."""
+    shape = (len(record.sources), record.height_px, record.width_px)
+    if record.codes is not None:
+        return {CODES: ((*shape, record.codes.channels), record.codes.dtype)}
+    files: dict[str, tuple[tuple[int, ...], DTypeLike]] = {
+        RADIANCE: ((*shape, 3), np.float32),
+        SATURATED: (shape, np.bool_),
+    }
+    if record.diffuse_crc32 is not None:
+        files[DIFFUSE] = ((*shape, 3), np.float32)
+    return files
+
+
+def _checksum_of(record: StackRecord, name: str) -> int | None:
+    """The checksum of a file of a stack; None where it has none."""
+    if record.codes is None:
+        known = {RADIANCE: record.radiance_crc32, SATURATED: record.saturated_crc32, DIFFUSE: record.diffuse_crc32}
+        return known[name]
+    light_bytes = record.height_px * record.width_px * record.codes.channels * record.codes.dtype.itemsize
+    joined = 0
+    for each in record.codes.photographs:
+        joined = join_crc32(joined, each.crc32, light_bytes)
+    return joined
 
 
 def read_record(folder: Path) -> StackRecord:
@@ -206,7 +239,7 @@ def _read_record(folder: Path) -> tuple[StackRecord, bool]:
 
 def _health(record: StackRecord, is_sealed: bool) -> Health:
     health = record.health.restored()
-    if record.radiance_crc32 is None or record.saturated_crc32 is None:
+    if record.checksums is None:
         text = "imported before stacks had checksums: damaged pixels would not be noticed"
     elif not is_sealed:
         text = "imported before records of stacks were sealed: a changed record would not be noticed"

@@ -5,13 +5,18 @@ Apart from the stack itself, so that the window is there before pydantic is.
 
 from __future__ import annotations
 
+import base64
+import binascii
 import json
-from collections.abc import Iterator
+import zlib
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from engine.capture.coded_pixels import Curve, Decoding, FallOff, Window
 from engine.capture.report import Quality
 from engine.core.errors import InputError
 from engine.storage.records import HealthRecord, seal
@@ -34,12 +39,172 @@ RANGES = {
 SEAL = "record_sha256"
 
 
-class StackRecord(BaseModel):
-    """`stack.json`: everything but the pixels."""
+#: Most curves of the photographs of a stack, which are one or as many as the profiles of their files, and largest
+#: light by a table and number of a matrix.
+CURVES_LIMIT, _LARGEST_LIGHT, _LARGEST_ENTRY = 16, 1e15, 1e6
 
+_Positive = Annotated[float, Field(gt=0.0, le=1e9)]
+_Crc32 = Annotated[int, Field(ge=0, lt=1 << 32)]
+
+
+class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True, strict=True)
 
-    lightarc_stack: Literal[1]
+
+class CurveRecord(_Strict):
+    """Record of light by codes: `tables` is the base64 of the deflated float32 numbers (little-endian), of one table of
+    all codes or of three."""
+
+    tables: str = Field(max_length=2 << 20)
+    white: int = Field(ge=0, le=1 << 16)
+    matrix: list[Annotated[float, Field(ge=-_LARGEST_ENTRY, le=_LARGEST_ENTRY)]] | None = None
+
+    @model_validator(mode="after")
+    def _whole(self) -> CurveRecord:
+        if self.matrix is not None and len(self.matrix) != 9:
+            raise ValueError("a matrix has not 9 numbers")
+        return self
+
+    @classmethod
+    def describe(cls, curve: Curve) -> CurveRecord:
+        """The record of a curve."""
+        text = base64.b64encode(zlib.compress(curve.tables.astype("<f4").tobytes())).decode("ascii")
+        return cls(
+            tables=text,
+            white=curve.white,
+            matrix=None if curve.matrix is None else curve.matrix.astype(np.float64).ravel().tolist(),
+        )
+
+    def restore(self, count: int) -> Curve:
+        """The curve of so many codes; ValueError where the tables are damaged."""
+        most = 3 * 4 * count
+        try:
+            content = zlib.decompressobj().decompress(base64.b64decode(self.tables, validate=True), most + 1)
+        except (zlib.error, binascii.Error, ValueError):
+            content = b""
+        if len(content) not in (4 * count, most):
+            raise ValueError("a table does not hold all codes")
+        tables = np.frombuffer(content, "<f4").astype(np.float32).reshape(-1, count)
+        if not (np.abs(tables) <= _LARGEST_LIGHT).all():
+            raise ValueError(f"a number of a table is beyond {_LARGEST_LIGHT:g}")
+        matrix = None if self.matrix is None else np.array(self.matrix, np.float32).reshape(3, 3)
+        return Curve(tables, self.white, matrix)
+
+
+class FallOffRecord(_Strict):
+    """Record of a near lamp: its distance in widths of the image, and its angles."""
+
+    distance: float = Field(gt=0.5, le=1e9)
+    elevation_rad: float = Field(ge=-2.0, le=2.0)
+    azimuth_rad: float = Field(ge=-13.0, le=13.0)
+
+    @classmethod
+    def describe(cls, lamp: FallOff | None) -> FallOffRecord | None:
+        """The record of a near lamp; None of a distant one."""
+        if lamp is None:
+            return None
+        return cls(distance=lamp.distance, elevation_rad=lamp.elevation, azimuth_rad=lamp.azimuth)
+
+    def restore(self) -> FallOff:
+        """The lamp."""
+        return FallOff(self.distance, self.elevation_rad, self.azimuth_rad)
+
+
+class CodedRecord(_Strict):
+    """Record of what makes radiance of the codes of one photograph, in the order of `engine.capture.coded_pixels`, and
+    of the checksum of its codes."""
+
+    crc32: _Crc32
+    curve: int = Field(ge=0, lt=CURVES_LIMIT)
+    factors: list[_Positive] = Field(min_length=3, max_length=3)
+    stated: FallOffRecord | None = None
+    found: FallOffRecord | None = None
+    gain: _Positive = 1.0
+
+
+class CodesRecord(_Strict):
+    """Record of the codes of `codes.npy`, and of what makes radiance of them.
+
+    Attributes
+    ----------
+    bits, channels : of a code, and of a pixel.
+    photograph_px, corner_px : width and height of the photographs, and column and row at which the codes begin.
+    curves : those of the photographs. photographs : one for each, in the order of the sources.
+    """
+
+    bits: Literal[8, 16]
+    channels: Literal[1, 3]
+    photograph_px: list[Annotated[int, Field(ge=1, le=1 << 20)]] = Field(min_length=2, max_length=2)
+    corner_px: list[Annotated[int, Field(ge=0, lt=1 << 20)]] = Field(min_length=2, max_length=2)
+    curves: list[CurveRecord] = Field(min_length=1, max_length=CURVES_LIMIT)
+    photographs: list[CodedRecord] = Field(min_length=1, max_length=100_000)
+
+    @model_validator(mode="after")
+    def _check_curves(self) -> CodesRecord:
+        if any(each.curve >= len(self.curves) for each in self.photographs):
+            raise ValueError("a photograph has a curve that is not there")
+        return self
+
+    @classmethod
+    def describe(
+        cls,
+        codes: tuple[np.dtype[Any], int],
+        window: Window,
+        decodings: Sequence[Decoding],
+        checksums: Sequence[int],
+    ) -> CodesRecord:
+        """The record of photographs by their `decodings`; `codes` are the kind and the channels of theirs."""
+        curves: list[Curve] = []
+        found = []
+        for each, crc32 in zip(decodings, checksums, strict=True):
+            at = next((at for at, known in enumerate(curves) if known.is_same(each.curve)), len(curves))
+            curves += [each.curve] if at == len(curves) else []
+            lamps = FallOffRecord.describe(each.stated), FallOffRecord.describe(each.found)
+            factors = [float(factor) for factor in each.factors]
+            found.append(
+                CodedRecord(
+                    crc32=crc32, curve=at, factors=factors, stated=lamps[0], found=lamps[1], gain=float(each.gain)
+                )
+            )
+        return cls(
+            bits=8 * codes[0].itemsize,  # type: ignore[arg-type]
+            channels=codes[1],  # type: ignore[arg-type]
+            photograph_px=[window.width, window.height],
+            corner_px=[window.left, window.top],
+            curves=[CurveRecord.describe(curve) for curve in curves],
+            photographs=found,
+        )
+
+    @property
+    def window(self) -> Window:
+        """The part of the photographs that the codes show."""
+        (width, height), (left, top) = self.photograph_px, self.corner_px
+        return Window(height, width, top, left)
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """Kind of the codes."""
+        return np.dtype(np.uint8 if self.bits == 8 else np.uint16)
+
+    def decodings(self) -> tuple[Decoding, ...]:
+        """Decodings of the photographs; ValueError where tables are damaged."""
+        curves = [curve.restore(1 << self.bits) for curve in self.curves]
+        return tuple(
+            Decoding(
+                curves[one.curve],
+                (one.factors[0], one.factors[1], one.factors[2]),
+                None if one.stated is None else one.stated.restore(),
+                None if one.found is None else one.found.restore(),
+                one.gain,
+            )
+            for one in self.photographs
+        )
+
+
+class StackRecord(_Strict):
+    """`stack.json`: everything but the pixels. It is 2 where these are `codes`, of which older versions do not know."""
+
+    lightarc_stack: Literal[1, 2]
     height_px: int = Field(ge=1, le=1 << 20)
     width_px: int = Field(ge=1, le=1 << 20)
     sources: list[str] = Field(min_length=2, max_length=100_000)
@@ -52,6 +217,7 @@ class StackRecord(BaseModel):
     radiance_crc32: int | None = Field(None, ge=0, lt=1 << 32)
     saturated_crc32: int | None = Field(None, ge=0, lt=1 << 32)
     diffuse_crc32: int | None = Field(None, ge=0, lt=1 << 32)
+    codes: CodesRecord | None = None
     quality: list[Quality]
     provenance: dict[str, Any]
     health: HealthRecord
@@ -67,7 +233,30 @@ class StackRecord(BaseModel):
                 raise ValueError(f"a number is not between {least:g} and {largest:g}")
         if self.elevations_deg != sorted(self.elevations_deg) or not self._in_range():
             raise ValueError("elevations_deg do not rise from 0 to 90")
+        if self.codes is not None:
+            self._refuse_other_codes(self.codes)
+        if (self.lightarc_stack == 2) != (self.codes is not None):
+            raise ValueError("codes do not belong to the version of the record")
         return self
+
+    def _refuse_other_codes(self, codes: CodesRecord) -> None:
+        if len(codes.photographs) != len(self.sources):
+            raise ValueError("lists differ in length")
+        window = codes.window
+        if window.top + self.height_px > window.height or window.left + self.width_px > window.width:
+            raise ValueError("the codes reach beyond the photographs")
+        if (self.radiance_crc32, self.saturated_crc32, self.diffuse_crc32) != (None, None, None):
+            raise ValueError("checksums are of other pixels than the codes")
+
+    @property
+    def checksums(self) -> tuple[int, ...] | None:
+        """The checksums of all pixels; None where there are none."""
+        if self.codes is not None:
+            return tuple(each.crc32 for each in self.codes.photographs)
+        if self.radiance_crc32 is None or self.saturated_crc32 is None:
+            return None
+        found = (self.radiance_crc32, self.saturated_crc32, self.diffuse_crc32)
+        return tuple(each for each in found if each is not None)
 
     def _in_range(self) -> bool:
         return self.elevations_deg[0] >= 0.0 and self.elevations_deg[-1] <= 90.0
@@ -94,6 +283,8 @@ def _numbers(value: object) -> Iterator[float]:
 def write_record(record: StackRecord) -> bytes:
     """The record, sealed, as indented JSON."""
     value = record.model_dump(mode="json")
+    if record.codes is None:  # as older versions know it
+        del value["codes"]
     return json.dumps({**value, SEAL: seal(value)}, indent=1, ensure_ascii=False, allow_nan=False).encode()
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.kernels import only, scalar
+from engine.storage.file_array import Plane
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +22,7 @@ class Coded:
 
     Attributes
     ----------
-    codes : (H, W, 3) uint8 or uint16, upright; (H, W, 1) of grey images.
+    codes : (H, W, 3) uint8 or uint16, upright; (H, W, 1) of grey images. In memory, or in a file.
     tables : (1, N) or (3, N) float32, light by code for all or for each channel, of every code of the type of `codes`.
     white : code at which a channel is saturated.
     matrix : (3, 3) float32 that is applied to the light, or None.
@@ -29,13 +30,14 @@ class Coded:
     Raises TypeError for arrays that do not fit together.
     """
 
-    codes: NDArray[np.unsignedinteger]
+    codes: NDArray[np.unsignedinteger] | Plane
     tables: NDArray[np.float32]
     white: int
     matrix: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
-        shape, dtype = np.shape(self.codes), np.asarray(self.codes).dtype
+        codes = self.codes if isinstance(self.codes, Plane) else np.asarray(self.codes)
+        shape, dtype = codes.shape, codes.dtype
         if dtype not in (np.uint8, np.uint16) or len(shape) != 3 or shape[2] not in (1, 3):
             raise TypeError(f"codes of {dtype} {shape}")
         shapes = [(number, 256**dtype.itemsize) for number in (1, 3)]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.errors import InputError
+
+#: A row, counted over all planes, and the array that is filled from there on.
+Piece = tuple[int, NDArray[Any]]
 
 _REMEDY, _AGAIN = "Check the disk that it lies on, and open it again", "It is made again from its sources"
 
@@ -74,14 +77,14 @@ class FileArray:
         if lines.step < 1:
             raise IndexError("rows are read downwards")
         whole = np.empty((planes.size, len(lines), *self.shape[2:]), self.dtype)
-        with self._opened() as file:
-            for plane, into in zip(planes.flat, whole, strict=True):
-                first = int(plane) * self.shape[1]
-                if lines.step == 1:
-                    self._fill(file, into, first + lines.start)
-                    continue
-                for line, into_line in zip(lines, into, strict=True):
-                    self._fill(file, into_line, first + line)
+        pieces: list[Piece] = []
+        for plane, into in zip(planes.flat, whole, strict=True):
+            first = int(plane) * self.shape[1]
+            if lines.step == 1:
+                pieces.append((first + lines.start, into))
+            else:
+                pieces += [(first + line, into[at : at + 1]) for at, line in enumerate(lines)]
+        self.fill(pieces)
         kept = (len(lines),) if isinstance(rows, range) else ()
         part: NDArray[Any] = whole.reshape(*planes.shape, *kept, *self.shape[2:])
         return part[(*(slice(None),) * (planes.ndim + len(kept)), *rest)] if rest else part
@@ -94,6 +97,12 @@ class FileArray:
                 return True
         except InputError:
             return False
+
+    def fill(self, pieces: Sequence[Piece]) -> None:
+        """Fill arrays (rows, …) from rows on that are counted over all planes."""
+        with self._opened() as file:
+            for row, into in pieces:
+                self._fill(file, into, row)
 
     @contextmanager
     def _opened(self) -> Iterator[BinaryIO]:
@@ -127,6 +136,32 @@ class FileArray:
             if not read:
                 raise InputError(self.path, "was cut short while it was open", _REMEDY)
             left = left[read:]
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """One plane (H, …) of an array in a file, rows of which are read when they are taken."""
+
+    array: FileArray
+    index: int
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return self.array.shape[1:]
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return self.array.dtype
+
+    @property
+    def nbytes(self) -> int:
+        return self.array.nbytes // len(self.array)
+
+    def __len__(self) -> int:
+        return self.array.shape[1]
+
+    def __getitem__(self, rows: slice) -> NDArray[Any]:
+        return self.array[self.index, rows]
 
 
 def _same(before: os.stat_result, now: os.stat_result) -> bool:

@@ -20,7 +20,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from engine.core.errors import OutputError
 from engine.core.figure_text import size_text
-from engine.storage.file_array import FileArray
+from engine.storage.file_array import FileArray, Plane
 
 #: Larger arrays go to a file.
 IN_MEMORY_BYTES = 512 * 2**20
@@ -122,7 +122,7 @@ def open_unnamed(place: Path, size_bytes: int) -> Iterator[IO[bytes]]:
         yield file
 
 
-def release(array: NDArray[Any] | FileArray) -> None:
+def release(array: NDArray[Any] | FileArray | Plane) -> None:
     """Let the system reclaim the memory of a mapped array; its content stays. Other arrays are left alone."""
     release_mapping(getattr(array, "_mmap", None))
 

@@ -13148,6 +13148,10 @@ Elevation %2°, Azimut %3°</translation>
    <translation>%1 von %2 wird geschrieben</translation>
   </message>
   <message>
+   <source>Measuring %1 of %2</source>
+   <translation>%1 von %2 wird gemessen</translation>
+  </message>
+  <message>
    <source>the known length ends at %1,%2, outside the %3 × %4 px of the photographs</source>
    <translation>die bekannte Länge endet bei %1,%2, außerhalb der %3 × %4 px der Fotos</translation>
   </message>

@@ -67,16 +67,30 @@ def near_lamp_gain(
     elevation, azimuth : of the lamp seen from the middle, radians; azimuth 0 = right, pi/2 = up in the image.
     rows : the first row and the one after the last of a band, None for all.
     """
+    across, along = lamp_distances(height, width, distance, elevation, azimuth, rows)
+    gain = np.empty((len(along), width), np.float32)
+    _cube_distances(across, along, gain)
+    return gain
+
+
+def lamp_distances(
+    height: int,
+    width: int,
+    distance: float,
+    elevation: float,
+    azimuth: float = 0.0,
+    rows: tuple[int, int] | None = None,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Parts of the squared distance of the lamp in units of that from the middle, (W,) and (H,), whose sums to the
+    power of 3/2 are `near_lamp_gain`."""
     if not distance > 0.5:
         raise ValueError(f"a lamp at {distance:g} widths of the image would touch the sample")
-    across = np.cos(elevation)
-    lamp = np.array([across * np.cos(azimuth), across * np.sin(azimuth), np.sin(elevation)])
+    level = np.cos(elevation)
+    lamp = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
     x = (np.arange(width) + 0.5) / width - 0.5
     y = 0.5 * height / width - (np.arange(*(rows or (0, height))) + 0.5) / width
     x, y = x / distance, y / distance
-    gain = np.empty((len(y), width), np.float32)
-    _cube_distances((lamp[0] - x) ** 2, (lamp[1] - y) ** 2 + lamp[2] ** 2, gain)  # in units of the distance
-    return gain
+    return (lamp[0] - x) ** 2, (lamp[1] - y) ** 2 + lamp[2] ** 2
 
 
 @scalar

@@ -90,7 +90,7 @@ class Calibration:
             return Calibration(lamp_distance=self.lamp_distance).applied(photograph, elevation, azimuth, 1.0)
         if self.leaves(photograph, factor):
             return photograph
-        factors = self._factors(photograph, factor)
+        factors = self.factors(photograph, factor)
         self._check_size(photograph)
         radiance, saturated = np.empty_like(photograph.radiance), photograph.saturated.copy()
         for first in range(0, len(radiance), _BAND_ROWS):
@@ -105,7 +105,7 @@ class Calibration:
     def leaves(self, photograph: Photograph, factor: float) -> bool:
         """True where a photograph stays as it is."""
         is_plain = self.is_by_pixel and self.dark is None and self.gain is None and math.isinf(self.lamp_distance)
-        return is_plain and bool((self._factors(photograph, factor) == 1).all())
+        return is_plain and bool((self.factors(photograph, factor) == 1).all())
 
     def numbers(
         self, photograph: Photograph, elevation: float, azimuth: float, factor: float
@@ -114,7 +114,7 @@ class Calibration:
         if not self.is_by_pixel or self.dark is not None or self.gain is not None:
             return None
         near = (self.lamp_distance, elevation, azimuth) if math.isfinite(self.lamp_distance) else ()
-        return *self._factors(photograph, factor).tolist(), *near
+        return *self.factors(photograph, factor).tolist(), *near
 
     @property
     def is_by_pixel(self) -> bool:
@@ -135,9 +135,10 @@ class Calibration:
 
         `photograph` tells what the photograph of this `height` is, and `is_by_pixel` holds.
         """
-        self._correct(*rows, first, height, elevation, azimuth, self._factors(photograph, factor))
+        self._correct(*rows, first, height, elevation, azimuth, self.factors(photograph, factor))
 
-    def _factors(self, photograph: Photograph, factor: float) -> NDArray[np.float32]:
+    def factors(self, photograph: Photograph, factor: float) -> NDArray[np.float32]:
+        """(3,) of the channels of a photograph, `factor` included."""
         balance = 1.0 if photograph.container == "RAW" else np.array(self.balance)
         return np.asarray(np.full(3, factor) * balance, np.float32)
 

@@ -243,7 +243,7 @@ def test_an_archive_is_imported_and_nothing_of_it_is_left_behind(
     provenance = json.loads((tmp_path / "s" / "stack.json").read_text())["provenance"]
     assert provenance["archive"] == "shots.tar.gz"
     assert [one["member"] for one in provenance["photographs"]] == [f"IMG_{n:04}.png" for n in (0, 1, 3, 2)]
-    assert leave(tmp_path) == ["radiance.npy", "saturated.npy", "shots.tar.gz", "stack.json"]
+    assert leave(tmp_path) == ["codes.npy", "shots.tar.gz", "stack.json"]
 
 
 def test_a_damaged_archive_is_refused_in_a_sentence(

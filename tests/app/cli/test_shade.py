@@ -310,7 +310,7 @@ def test_a_user_reads_two_lines(lightarc: Callable[..., SimpleNamespace], stack:
     assert "RMS error" in done.out
 
 
-@pytest.mark.parametrize(("name", "left_bytes"), [("radiance.npy", 20_000), ("saturated.npy", 0)])
+@pytest.mark.parametrize(("name", "left_bytes"), [("codes.npy", 4_000), ("codes.npy", 0)])
 def test_a_stack_that_is_cut_short_while_it_is_open_is_named(
     lightarc: Callable[..., SimpleNamespace],
     tmp_path: Path,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.project.project_file import read
-from engine.capture.stack import RADIANCE, RECORD
+from engine.capture.stack import CODES, RECORD
 from tests.app.command import Command, result
 
 
@@ -32,7 +32,7 @@ def test_what_is_watched_is_what_is_imported(lightarc: Command, photographs: Pat
     assert {one["name"]: one["elevation_deg"] for one in found["photographs"]}["IMG_0002.png"] == 50.0
     assert found["seconds_after_last"] < found["time_s"]
     assert lightarc("import", photographs, "-o", tmp_path / "again", *choices).code == 0
-    for name in (RADIANCE, RECORD):
+    for name in (CODES, RECORD):
         assert (tmp_path / "stack" / name).read_bytes() == (tmp_path / "again" / name).read_bytes()
 
 

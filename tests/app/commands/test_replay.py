@@ -46,9 +46,9 @@ def test_a_replay_is_equal_until_the_settings_change(lightarc: Command, tmp_path
         ("power law", True),
     ]
     assert (tmp_path / "again" / "material.lightarc").is_file()
-    with (tmp_path / "stack" / "radiance.npy").open("r+b") as file:
-        file.seek(-4, os.SEEK_END)
-        file.write(b"\0\0\0\1")
+    with (tmp_path / "stack" / "codes.npy").open("r+b") as file:
+        file.seek(-3, os.SEEK_END)
+        file.write(b"\0\1\0")
     save(path, dataclasses.replace(project, slices=project.slices + 1))
     stack_again, map_again, _ = drain(replay(path, tmp_path / "other"))
     assert (stack_again["bit_equal"], stack_again["reason"][:17]) == (False, "radiance differ: ")

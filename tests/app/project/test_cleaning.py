@@ -26,7 +26,7 @@ from app.project.project_file import History, Writer, data_folder, read
 from app.project.report import problems_of
 from app.session import cache
 from engine.capture.lights.sources import find
-from engine.capture.stack import RADIANCE, SATURATED
+from engine.capture.stack import CODES, RADIANCE, SATURATED
 from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.geometry.shapes import shape
@@ -79,7 +79,7 @@ def content(project: Project) -> dict[str, bytes]:
 
 def test_pixels_lie_in_the_cache_and_arrays_are_compressed(project: Path) -> None:
     names = {file.name for file in data_folder(project).rglob("*") if file.is_file()}
-    assert not {RADIANCE, SATURATED} & names
+    assert not {CODES, RADIANCE, SATURATED} & names
     assert any(name.endswith(PACKED) for name in names)
     assert not any(name.endswith(".npy") for name in names)
     assert drain(problems_of(project)) == []
@@ -170,8 +170,13 @@ def test_what_other_settings_or_a_version_made_stays(project: Path, monkeypatch:
     assert not lacks_material(read(project).current)
 
 
-def test_a_project_of_before_is_compressed_and_its_pixels_come_back(tmp_path: Path, project: Path) -> None:
-    """Stack and arrays as .npy files beside the project."""
+def test_a_project_of_before_is_compressed_and_its_pixels_come_back(
+    tmp_path: Path, capture: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Stack and arrays as .npy files beside the project, and radiance in place of codes."""
+    with monkeypatch.context() as patch:
+        patch.setattr("engine.capture.import_stack._writes_codes", lambda _: False)
+        project = make(tmp_path / "a.lap", capture, ImportChoices(motion="none"))
     opened, folder = read(project).current, data_folder(project)
     before = content(opened)
     assert opened.stack is not None
@@ -186,7 +191,10 @@ def test_a_project_of_before_is_compressed_and_its_pixels_come_back(tmp_path: Pa
     assert content(read(project).current) == before
     drain(clean_up(project))
     assert not list(folder.rglob("*.npy"))
-    assert content(drain(rebuild(project)).current) == before
+    rebuilt = drain(rebuild(project)).current
+    assert content(rebuilt) == before
+    assert rebuilt.stack is not None
+    assert set(rebuilt.stack.pixels) == {RADIANCE, SATURATED}
 
 
 def test_a_project_that_is_open_elsewhere_is_left_alone(project: Path) -> None:

@@ -21,7 +21,7 @@ from engine.capture.lights.listed import Listed, read_listed
 from engine.capture.lights.sources import find
 from engine.capture.output import Output
 from engine.capture.photograph.decode import read_photograph
-from engine.capture.stack import RADIANCE, RECORD, SATURATED
+from engine.capture.stack import CODES, RECORD
 from engine.core.steps import drain
 from tests.engine.capture.calibration.generated import Capture, render, write
 
@@ -73,23 +73,22 @@ def _write(ahead: WrittenAhead, paths: list[Path], listed: Listed, times: int) -
         ahead.write_next(paths, listed)
 
 
-def _import(folder: Path, target: Path, settings: ImportSettings = KNOWN) -> tuple[bytes, bytes, dict[str, Any]]:
+def _import(folder: Path, target: Path, settings: ImportSettings = KNOWN) -> tuple[bytes, dict[str, Any]]:
     drain(import_stack(find([folder]), settings, target))
-    radiance, saturated = ((target / name).read_bytes() for name in (RADIANCE, SATURATED))
-    return radiance, saturated, json.loads((target / RECORD).read_text())
+    return (target / CODES).read_bytes(), json.loads((target / RECORD).read_text())
 
 
 @pytest.fixture
 def places(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """The places of the lights that have been written."""
     found: list[int] = []
-    write = Output.write
+    write = Output.write_codes
 
     def note(self: Output, index: int, *more: Any) -> Any:
         found.append(index)
         return write(self, index, *more)
 
-    monkeypatch.setattr(Output, "write", note)
+    monkeypatch.setattr(Output, "write_codes", note)
     return found
 
 
@@ -155,11 +154,18 @@ def test_a_disk_that_is_full_leaves_all_to_the_import(
     assert not list(tmp_path.glob(".*"))
 
 
-def test_nothing_is_written_where_all_photographs_decide_together(
+def test_what_is_found_of_all_photographs_changes_no_codes_unless_it_moves_them(
     ahead: tuple[Decoded, WrittenAhead], plain: Path, places: list[int], tmp_path: Path
 ) -> None:
+    expected = _import(plain, tmp_path / "expected", ImportSettings())
     paths, listed = _decode(ahead[0], plain)
-    for settings in (ImportSettings(), ImportSettings(motion="translation", calibrate="none")):
+    places.clear()
+    moved = ImportSettings(motion="translation", calibrate="none")
+    for settings in (moved, ImportSettings(crop=(3, 4, 20, 10))):
         with closing(WrittenAhead(tmp_path / "other", settings, ahead[0].options)) as other:
             _write(other, paths, listed, times=2)
     assert places == []
+    with closing(WrittenAhead(tmp_path / "found", ImportSettings(), ahead[0].options)) as other:
+        _write(other, paths, listed, times=6)
+        assert _import(plain, tmp_path / "found", ImportSettings()) == expected
+    assert sorted(places) == list(range(6))

@@ -20,7 +20,7 @@ from engine.capture.decoded import Decoded
 from engine.capture.import_plan import ImportSettings
 from engine.capture.import_stack import import_stack
 from engine.capture.lights.sources import find
-from engine.capture.stack import RADIANCE, RECORD
+from engine.capture.stack import CODES, RECORD
 from engine.core.health import Verdict
 from engine.core.steps import drain
 from tests.engine.capture.calibration.generated import Capture as Generated
@@ -119,7 +119,7 @@ def test_a_capture_taken_in_disorder_becomes_the_stack_of_its_folder(
     decoded.close()
     again = drain(import_stack(find([folder]), STILL, tmp_path / "expected"))
     assert stack.sources == again.sources
-    for name in (RADIANCE, RECORD):
+    for name in (CODES, RECORD):
         assert (tmp_path / "found" / name).read_bytes() == (tmp_path / "expected" / name).read_bytes()
 
 

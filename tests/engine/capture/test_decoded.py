@@ -18,7 +18,7 @@ from engine.capture.import_plan import ImportSettings
 from engine.capture.import_stack import import_stack
 from engine.capture.lights.sources import find
 from engine.capture.photograph.decode import read_photograph
-from engine.capture.stack import RADIANCE, RECORD, SATURATED
+from engine.capture.stack import RECORD
 from engine.core.steps import drain
 from tests.engine.capture.calibration.generated import Capture, render, write
 
@@ -28,6 +28,7 @@ SETTINGS = {
     "direct": ImportSettings(calibrate="none"),
     "near": ImportSettings(lamp_distance=4.0, calibrate="none"),
     "aligned": ImportSettings(motion="translation", calibrate="none"),
+    "cut": ImportSettings(crop=(3, 4, 20, 10), calibrate=("gains",)),
 }
 
 
@@ -47,9 +48,12 @@ def decoded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, De
 
 
 def _import(folder: Path, settings: ImportSettings, target: Path) -> tuple[bytes, bytes, dict[str, Any]]:
-    drain(import_stack(find([folder]), settings, target))
-    radiance, saturated = ((target / name).read_bytes() for name in (RADIANCE, SATURATED))
-    return radiance, saturated, json.loads((target / RECORD).read_text())
+    """The pixels, and the record but for their kind: they are kept as radiance where one has no codes."""
+    stack = drain(import_stack(find([folder]), settings, target))
+    record = json.loads((target / RECORD).read_text())
+    kind = ("codes", "radiance_crc32", "saturated_crc32", "lightarc_stack", "record_sha256")
+    rest = {name: value for name, value in record.items() if name not in kind}
+    return stack.radiance[:].tobytes(), stack.saturated[:].tobytes(), rest
 
 
 @pytest.mark.parametrize("kind", SETTINGS)

@@ -48,7 +48,11 @@ def test_rows_are_corrected_once_as_a_stack_that_was_written_would_be(
 
 @pytest.mark.parametrize(
     ("term", "fixed"),
-    [("ambient", {"room": 0.15}), ("motion", {"motion_px": 0.4, "surface": "coin"})],
+    [
+        ("ambient", {"room": 0.15}),
+        ("motion", {"motion_px": 0.4, "surface": "coin"}),
+        ("gains", {"gains": (0.7, 1.2)}),
+    ],
 )
 def test_codes_that_wait_become_the_bits_of_pixels_that_wait(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, term: str, fixed: dict[str, Any]
@@ -59,7 +63,7 @@ def test_codes_that_wait_become_the_bits_of_pixels_that_wait(
     settings = ImportSettings(lamp_distance=4.0)
     codes = drain(import_stack(sources, settings, tmp_path / "codes"))
     monkeypatch.setattr(module, "_waits_as_codes", lambda _: False)
-    pixels = drain(import_stack(sources, settings, tmp_path / "pixels"))
+    pixels = drain(import_stack(sources, settings, tmp_path / "pixels", as_codes=False))
     assert term in {each["name"] for each in codes.provenance["calibration"] if each["accepted"]}
     for name in ("radiance", "saturated"):
         assert np.array_equal(getattr(codes, name)[:], getattr(pixels, name)[:])

@@ -377,15 +377,15 @@ def _place() -> Path:
 def _make(kind: str) -> Path:
     """A good stack, bundle, transport or folder of factors."""
     place = _place() / f"good-{kind}"
-    if kind == "stack":
+    if kind in ("stack", "codes"):
         from engine.capture.import_stack import ImportSettings, import_stack
         from engine.capture.lights.sources import find
 
-        photographs = _place() / "photographs"
+        photographs = _place() / f"photographs-{kind}"
         photographs.mkdir()
         for angle in (30, 60):
             (photographs / f"cloth_{angle}deg.png").write_bytes(encode_png(NOISE // (90 // angle)))
-        drain(import_stack(find([photographs]), ImportSettings(motion="none"), place))
+        drain(import_stack(find([photographs]), ImportSettings(motion="none"), place, as_codes=kind == "codes"))
     elif kind == "bundle":
         from engine.bundle.bundle import save_bundle
         from tests.engine.scenes import weave
@@ -583,10 +583,11 @@ def _records() -> Iterator[Format]:
         extra=_json,
     )
     yield Format("a.zip", _zip_bundle, _zip, read=_open_bundle_file)
-    name = "stack.json"
-    yield Format(
-        name, partial(stack, name), _lines, read=_beside("stack", name, open_stack), mended=record, extra=_json
-    )
+    for kind in ("stack", "codes"):
+        name = "stack.json"
+        read = _beside(kind, name, open_stack)
+        yield Format(name, partial(_record, kind, name), _lines, read=read, mended=record, extra=_json)
+    yield Format("codes.npy", partial(_record, "codes", "codes.npy"), read=_beside("codes", "codes.npy", open_stack))
     for name in ("radiance.npy", "saturated.npy"):
         yield Format(name, partial(stack, name), read=_beside("stack", name, open_stack))
     name = "factors.json"

@@ -34,7 +34,7 @@ from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.lights.capture_file import CaptureFile, read_capture_file
 from engine.capture.lights.light_positions import read_light_positions
 from engine.capture.lights.sources import find
-from engine.capture.stack import RADIANCE, RECORD, SATURATED, open_stack
+from engine.capture.stack import CODES, RADIANCE, RECORD, SATURATED, open_stack
 from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.images import encode
@@ -383,13 +383,12 @@ def each_written(
     return results
 
 
-@pytest.fixture
-def stack_folder(tmp_path: Path) -> Path:
+def _import_two(tmp_path: Path, *, as_codes: bool) -> Path:
     """Two tiny photographs imported."""
     for angle in (30, 60):
         (tmp_path / f"cloth_{angle}deg.png").write_bytes(encode.encode_png(NOISE // (90 // angle)))
     folder = tmp_path / "stack"
-    drain(import_stack(find([tmp_path]), ImportSettings(motion="none"), folder))
+    drain(import_stack(find([tmp_path]), ImportSettings(motion="none"), folder, as_codes=as_codes))
     return folder
 
 
@@ -423,8 +422,9 @@ def test_fault5_damaged_capture_files(tmp_path: Path, seed: int) -> None:
 
 
 @pytest.mark.campaign(rounds=ROUNDS)
-@pytest.mark.parametrize("member", [RECORD, RADIANCE, SATURATED])
-def test_fault5_damaged_stacks(member: str, stack_folder: Path, seed: int) -> None:
+@pytest.mark.parametrize("member", [RECORD, CODES, RADIANCE, SATURATED])
+def test_fault5_damaged_stacks(member: str, tmp_path: Path, seed: int) -> None:
+    stack_folder = _import_two(tmp_path, as_codes=member in (RECORD, CODES))
     pristine = open_stack(stack_folder)
     path = stack_folder / member
     header = (0, path.stat().st_size if member == RECORD else 128)
