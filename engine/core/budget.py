@@ -84,6 +84,22 @@ def free_bytes() -> int:
     return free if _memory_bytes is None else max(0, min(free, _memory_bytes - count_bytes()))
 
 
+def has_memory_limit() -> bool:
+    """True within `limit_memory`."""
+    return _memory_bytes is not None
+
+
+def lift_memory_limit() -> None:
+    """End the limit of this process for good: of a copy that computes for the one whose memory is limited."""
+    global _memory_bytes
+    _memory_bytes = None
+    if sys.platform == "linux":
+        import resource  # of Unix alone
+
+        hard = resource.getrlimit(resource.RLIMIT_DATA)[1]
+        resource.setrlimit(resource.RLIMIT_DATA, (hard, hard))
+
+
 def block_values(most: int, value_bytes: int) -> int:
     """Values of a block of work of which each takes `value_bytes`: `most`, or what fills a part of the memory that a
     user allows."""

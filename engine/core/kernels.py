@@ -6,10 +6,16 @@ the CPU's whims. `threads_are_shared` says whether two Python threads may run pa
 numba takes 0.5 s to load and 70 MB, so it is loaded when the first kernel is called, not when a module that has one is
 imported. Until then a kernel is a `Kernel`. Compiling needs the kernels that it calls as functions of numba: their
 names in the module are bound to these first, which also spares later calls the detour.
+
+The compiler takes up to 150 MB more and keeps most of them. Where memory is limited (`engine.core.budget`), a copy of
+the process therefore compiles what is not in the cache yet, and ends; the process itself loads the compiled code. The
+copy shares all pages that it does not change. Linux alone has such copies; elsewhere the process compiles by itself.
 """
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -18,11 +24,17 @@ from functools import lru_cache
 from types import CodeType, FunctionType
 from typing import Any, Generic, ParamSpec, TypeVar
 
+from engine.core import budget
+
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
 #: One thread at a time loads numba and binds names.
 _binding = threading.RLock()
+
+#: Processes that compile for this one, and whether it is such a process itself.
+_copies: set[int] = set()
+_is_copy = False
 
 
 class Kernel(Generic[Parameters, Result]):
@@ -125,6 +137,11 @@ def _layer() -> str:
     return str(numba.threading_layer())
 
 
+def list_compiling() -> list[int]:
+    """The numbers of the processes that compile for this one."""
+    return list(_copies)
+
+
 def load_compiler() -> None:
     """Load numba now, on the thread of the caller."""
     with _binding:
@@ -143,7 +160,47 @@ def _numba() -> Any:
 
 def _njit(function: FunctionType, **options: bool) -> Any:
     vars(function)["compile_options"] = sorted(options.items())
-    return _numba().njit(function, cache=True, nogil=True, error_model="numpy", **options)
+    made = _numba().njit(function, cache=True, nogil=True, error_model="numpy", **options)
+    load = made._cache.load_overload
+
+    def load_or_compile(types: Any, target: Any) -> Any:
+        """Code from the cache, to which a copy of this process adds it where memory is limited; None for none."""
+        found = load(types, target)
+        if found is None and budget.has_memory_limit() and _compile_in_copy(made, types):
+            found = load(types, target)
+        return found
+
+    made._cache.load_overload = load_or_compile
+    return made
+
+
+def _compile_in_copy(made: Any, types: Any) -> bool:
+    """Compile for argument types in a copy of this process, which writes the cache; False where it could not."""
+    global _is_copy
+    if sys.platform != "linux" or _is_copy:
+        return False
+    try:
+        copy = os.fork()
+    except OSError:  # no process is left for this user
+        return False
+    if copy == 0:
+        code, _is_copy = 1, True
+        try:
+            signal.set_wakeup_fd(-1)  # what reads the other end is told by the process itself
+            budget.lift_memory_limit()
+            made.compile(types)
+            code = 0
+        finally:
+            os._exit(code)
+    _copies.add(copy)
+    try:
+        return os.waitpid(copy, 0)[1] == 0
+    except BaseException:
+        os.kill(copy, signal.SIGKILL)
+        os.waitpid(copy, 0)
+        raise
+    finally:
+        _copies.discard(copy)
 
 
 def _bind(function: FunctionType) -> None:

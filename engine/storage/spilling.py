@@ -6,8 +6,8 @@ files without a name that are mapped, whose pages the system writes back and tak
 same in all, so that results are. What libraries keep beside arrays of numpy stays in memory.
 
 Pages of such files that were touched count as memory of the process although the system may take them. While the
-process and its decoders have more than the limit, a thread gives them back: their content stays, in the system's cache
-or on the disk.
+process, its decoders and what compiles for it have more than the limit, a thread gives them back: their content stays,
+in the system's cache or on the disk.
 
 The functions in C are machine code (numba), which calls the C library alone: numpy asks for memory and frees it also
 while an exception is raised, of which Python would lose sight. They run while their thread holds the lock of the
@@ -35,6 +35,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from engine.core.budget import count_bytes
+from engine.core.kernels import list_compiling
 from engine.storage import scratch
 from engine.storage.atomic import free_bytes
 from engine.storage.untrusted import list_processes
@@ -133,7 +134,7 @@ def _keep(limit_bytes: int, folder: Path, release_all: Callable[[], None], ended
     """Give pages of files back whenever the processes have more than the limit, until the event is set."""
     while not ended.wait(LOOK_S):
         _note_room(limit_bytes, folder)
-        if sum(map(_count_resident, (os.getpid(), *list_processes()))) > RELEASE_PART * limit_bytes:
+        if sum(map(_count_resident, (os.getpid(), *list_processes(), *list_compiling()))) > RELEASE_PART * limit_bytes:
             release_all()
             for mapping in scratch.list_mapped():
                 scratch.release_mapping(mapping)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import errno
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from engine.core.kernels import Kernel, parallel, prange, scalar, threads_are_shared
+from engine.core import budget
+from engine.core.kernels import Kernel, list_compiling, parallel, prange, scalar, threads_are_shared
 
 
 @scalar
@@ -58,6 +61,32 @@ def test_a_kernel_is_bound_where_it_is_enclosed() -> None:
     assert _scale_by(half)(4.0) == 6.0
     with pytest.raises(AttributeError):
         half.__wrapped__  # noqa: B018 - asked for by whoever inspects functions, which is no reason to compile
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="no copies of the process")
+def test_a_copy_compiles_while_memory_is_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path))
+
+    def twice(value: float) -> float:
+        return _square(value) + _square(value)
+
+    made = scalar(twice).made
+    with monkeypatch.context() as patched:
+        patched.setattr(budget, "has_memory_limit", lambda: True)
+        assert made(3.0) == 18.0
+    assert sum(made.stats.cache_hits.values()) == 1, "the process loads it"
+    assert not made.stats.cache_misses
+    assert [path.suffix for path in tmp_path.rglob("*.nbc") if "twice" in path.name] == [".nbc"]
+    assert not list_compiling()
+    with monkeypatch.context() as patched:  # no process is left, so it compiles by itself
+        patched.setattr(budget, "has_memory_limit", lambda: True)
+        patched.setattr("os.fork", no_process)
+        assert made(3) == 18
+    assert sum(made.stats.cache_misses.values()) == 1
+
+
+def no_process() -> int:
+    raise OSError(errno.EAGAIN, "")
 
 
 def test_what_has_kernels_is_imported_without_their_compiler() -> None:
