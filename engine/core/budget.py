@@ -5,10 +5,10 @@ linear algebra follow variables that their libraries read when they are loaded, 
 where they are loaded already they are told as well.
 
 What `limit_memory` bounds on Linux is the private memory of this process that can be written to (RLIMIT_DATA):
-arrays, libraries and stacks. What of it was reserved and not touched when the limit was set, some 400 MB of libraries
-and stacks, takes no memory and does not count. Beyond the limit an allocation fails, before which
-`engine.storage.spilling` puts large arrays into files. Decoder processes may take as much each. On other systems there
-is no such limit, and only decisions follow.
+arrays, libraries and stacks. What of it is reserved and was not touched, some 400 MB of libraries and stacks, takes no
+memory and does not count; there is more with each thread and library, so `follow_untouched` is called now and then.
+Beyond the limit an allocation fails, before which `engine.storage.spilling` puts large arrays into files. Decoder
+processes may take as much each. On other systems there is no such limit, and only decisions follow.
 """
 
 from __future__ import annotations
@@ -111,9 +111,7 @@ def limit_memory(memory_bytes: int) -> Iterator[None]:
     """Within the block this process has at most `memory_bytes`; UsageError where it has little less already."""
     global _memory_bytes, _untouched_bytes
     before, untouched = _memory_bytes, _untouched_bytes
-    if sys.platform == "linux":
-        used = psutil.Process().memory_info()
-        _untouched_bytes = max(0, int(used.data - (used.rss - used.shared)))
+    _untouched_bytes = _count_untouched()
     least = count_bytes() + ROOM_BYTES
     if memory_bytes < least:
         _untouched_bytes = untouched
@@ -126,13 +124,32 @@ def limit_memory(memory_bytes: int) -> Iterator[None]:
         import resource  # of Unix alone
 
         soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
-        resource.setrlimit(resource.RLIMIT_DATA, (_lower_to(memory_bytes + _untouched_bytes, hard), hard))
+        follow_untouched()
         try:
             yield
         finally:
             resource.setrlimit(resource.RLIMIT_DATA, (soft, hard))
     finally:
         _memory_bytes, _untouched_bytes = before, untouched
+
+
+def follow_untouched() -> None:
+    """Count memory that is reserved and was not touched anew, within `limit_memory` on Linux."""
+    global _untouched_bytes
+    if _memory_bytes is None or sys.platform != "linux":
+        return
+    import resource  # of Unix alone
+
+    _untouched_bytes = _count_untouched()
+    hard = resource.getrlimit(resource.RLIMIT_DATA)[1]
+    resource.setrlimit(resource.RLIMIT_DATA, (_lower_to(_memory_bytes + _untouched_bytes, hard), hard))
+
+
+def _count_untouched() -> int:
+    if sys.platform != "linux":
+        return 0
+    used = psutil.Process().memory_info()
+    return max(0, int(used.data - (used.rss - used.shared)))
 
 
 def count_bytes() -> int:

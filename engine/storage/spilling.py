@@ -34,7 +34,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from engine.core.budget import count_bytes
+from engine.core.budget import count_bytes, follow_untouched
 from engine.core.kernels import list_compiling
 from engine.storage import scratch
 from engine.storage.atomic import free_bytes
@@ -142,6 +142,7 @@ def _keep(limit_bytes: int, folder: Path, release_all: Callable[[], None], ended
 
 def _note_room(limit_bytes: int, folder: Path) -> None:
     """Note how many bytes large arrays may still take in memory and on the disk."""
+    follow_untouched()
     _table[0] = max(0, round(IN_MEMORY_PART * limit_bytes) - count_bytes())
     with suppress(OSError):
         _table[_COLUMNS] = free_bytes(folder)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mmap
 import os
 import sys
 
@@ -36,5 +37,14 @@ def test_memory_beyond_the_limit_is_not_given() -> None:
         with pytest.raises(MemoryError):
             np.ones(1 << 27)
     assert budget.free_bytes() > 400 << 20 or psutil.virtual_memory().available < 500 << 20
+    with budget.limit_memory(limit):
+        before = budget.count_bytes()
+        reserved = mmap.mmap(-1, 300 << 20, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+        assert budget.count_bytes() >= before + len(reserved)
+        budget.follow_untouched()
+        assert budget.count_bytes() < before + len(reserved) // 2, "nothing of it was touched"
+        more = mmap.mmap(-1, 300 << 20, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+        more.close()
+        reserved.close()
     with pytest.raises(UsageError, match="are the least"), budget.limit_memory(1 << 20):
         pass
