@@ -18,7 +18,7 @@ from app.project.project_file import read
 from app.project.report import chain_of, identity
 from engine.bundle.bundle import check_replaceable, extract_bundle, open_bundle, save_bundle, verify_bundle
 from engine.bundle.manifest import MAPS_PROCESS, describe_bundle
-from engine.bundle.page import viewer
+from engine.bundle.page import make_page
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import size_text
 from engine.core.steps import Step, drain
@@ -104,10 +104,9 @@ def _view(bundle: Path, show: Callable[[Step], None]) -> dict[str, Any]:
     material = open_bundle(bundle)
     if material.pbr is not None:
         raise UsageError("PBR maps have no page; lightarc export --to gltf writes what any viewer of glTF shows")
-    text = viewer(material)
     page = Path(tempfile.mkdtemp(prefix="lightarc-view-")) / "index.html"
     try:
-        write_bytes(page, text.encode())
+        write_bytes(page, make_page(material))
     except BaseException:
         discard(page.parent)
         raise

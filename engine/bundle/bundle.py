@@ -22,6 +22,7 @@ import platform
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager
+from contextvars import copy_context
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -59,7 +60,7 @@ from engine.bundle.maps import (
     shading_map_record,
 )
 from engine.bundle.members import SMALL_LIMIT_BYTES, OpenMember, folder_members, zip_members
-from engine.bundle.page import viewer
+from engine.bundle.page import make_page
 from engine.bundle.pbr import pbr_members, pbr_record, read_pbr
 from engine.bundle.portable import brdf_json, shader
 from engine.core.colour import to_display8
@@ -73,6 +74,7 @@ from engine.scene.material import Material
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
 from engine.storage.archive import BUNDLE_LIMIT_BYTES, Archive, json_of, open_archive
+from engine.storage.atomic import Pieces
 from engine.storage.records import (
     TABLE,
     UNITS,
@@ -143,6 +145,9 @@ _PART_BYTES = 1 << 22
 
 _MAY_BE_NEGATIVE = ("the shading map", "the kept tiles")
 
+#: A function that makes the content of a member.
+Produce = Callable[[], bytes | Planes | Pieces]
+
 Value = TypeVar("Value")
 Maps = NDArray[np.float32]
 
@@ -210,13 +215,15 @@ def save_bundle(
     return target
 
 
-def _write(name: str, produce: Callable[[], bytes | Planes], opened: OpenMember) -> Steps[Member]:
-    """Write one member; maps are packed strip by strip."""
+def _write(name: str, produce: Produce, opened: OpenMember) -> Steps[Member]:
+    """Write one member; maps are packed strip by strip, and the page image by image."""
     note = f"writing {name}"
     content = yield from _in_thread(produce, 0.0, note)
-    if isinstance(content, bytes):
+    if not isinstance(content, Planes):
         with opened(name, len(content)) as member:
-            member.write(content)
+            for piece in (content,) if isinstance(content, bytes) else content:
+                member.write(piece)
+                yield Step(0.5, note)
         return member.fingerprint
     with opened(name, content.size_bytes + (1 << 20)) as member:
         member.late = yield from write_exr_strips(content, member.write, note)
@@ -292,15 +299,15 @@ def check_replaceable(target: Path) -> None:
         raise OutputError(target, problem, "Choose another name") from None
 
 
-def _contents(material: Material, preview: bytes | None) -> dict[str, Callable[[], bytes | Planes]]:
+def _contents(material: Material, preview: bytes | None) -> dict[str, Produce]:
     """Producer of each member but the manifest, in the order of writing."""
-    contents = map_members(material)
+    contents: dict[str, Produce] = dict(map_members(material))
     if material.directional is not None:
         contents |= directional_members(material.directional)
     if (maps := _pbr_maps(material)) is not None:
         contents |= pbr_members(maps)
     if material.power_law is not None or material.directional is not None:
-        contents[VIEWER] = lambda: viewer(material).encode()
+        contents[VIEWER] = lambda: make_page(material)
     contents[BRDF] = lambda: brdf_json(material).encode()
     if isinstance(measured := material.measured, Table):
         contents[TABLE] = lambda: encode_table(measured)[0]
@@ -313,10 +320,13 @@ def _contents(material: Material, preview: bytes | None) -> dict[str, Callable[[
 
 
 def _in_thread(produce: Callable[[], Value], done: float, note: str) -> Steps[Value]:
-    """Run `produce`, which releases the interpreter lock, while yielding steps; who cancels does not wait for it."""
+    """Run `produce`, which releases the interpreter lock, while yielding steps; who cancels does not wait for it.
+
+    Its arrays lie where those of this thread do (`engine.storage.spilling`).
+    """
     pool = ThreadPoolExecutor(1)
     try:
-        future = pool.submit(produce)
+        future = pool.submit(copy_context().run, produce)
         yield Step(done, note)
         while wait([future], timeout=0.05).not_done:
             yield Step(done, note)

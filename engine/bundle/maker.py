@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
+from collections.abc import Callable
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from engine.brdf.brdf import MODELS
 from engine.bundle.directional import directional_problems
 from engine.bundle.manifest import BRDF, SHADER, VIEWER
 from engine.bundle.members import SMALL_LIMIT_BYTES
-from engine.bundle.page import viewer
+from engine.bundle.page import OneFile, make_page, viewer
 from engine.bundle.portable import RESOURCES, brdf_json, is_same_text, shader
 from engine.core.errors import UsageError
 from engine.scene.material import Material
@@ -56,16 +57,21 @@ def _maker_with(_models: tuple[str, ...]) -> str:
 def check_made_anew(archive: Archive, manifest: Manifest, material: Material) -> tuple[list[str], list[str]]:
     """Faults of the members for other programs, and sentences on those that cannot be checked.
 
-    They are made anew and compared, since a page runs in a browser. Those of another maker may differ without fault,
-    and are named: the maker that the manifest states is not believed, for whoever replaced a page can have written it.
+    They are made anew and compared, by the fingerprints in the manifest first, which are those of the members: a page
+    runs in a browser. Those of another maker may differ without fault, and are named: the maker that the manifest
+    states is not believed, for whoever replaced a page can have written it.
     """
     problems = directional_problems(archive, manifest, material.directional)
     unchecked: list[str] = []
-    for name, make in {BRDF: brdf_json, SHADER: shader, VIEWER: viewer}.items():
+    makers: dict[str, Callable[[Material], str | OneFile]] = {BRDF: brdf_json, SHADER: shader, VIEWER: make_page}
+    for name, make in makers.items():
         if name not in manifest.members:
             continue
         try:
-            same = is_same_text(archive.read(name, SMALL_LIMIT_BYTES), make(material))
+            made = make(material)
+            same = manifest.members[name].sha256 == _hash(made) or is_same_text(
+                archive.read(name, SMALL_LIMIT_BYTES), made if isinstance(made, str) else viewer(material)
+            )
         except UsageError:  # a page for a material that has none
             same = False
         if same:
@@ -75,6 +81,14 @@ def check_made_anew(archive: Archive, manifest: Manifest, material: Material) ->
         else:
             unchecked.append(f"{name} {_is_of_another_maker(manifest)}; {_ANEW[name]}.")
     return problems, unchecked
+
+
+def _hash(made: str | OneFile) -> str:
+    """SHA-256 of what was made, by which the manifest knows a member."""
+    digest = hashlib.sha256()
+    for piece in (made.encode(),) if isinstance(made, str) else made:
+        digest.update(piece)
+    return digest.hexdigest()
 
 
 def _is_of_another_maker(manifest: Manifest) -> str:

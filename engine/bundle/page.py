@@ -27,7 +27,7 @@ import base64
 import json
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -223,6 +223,10 @@ class _Images:
     files: ScratchFiles = field(default_factory=ScratchFiles)
     sizes: dict[str, int] = field(default_factory=dict)
 
+    @property
+    def names(self) -> list[str]:
+        return list(self.files)
+
     def put(self, name: str, pixels: NDArray[np.uint8]) -> str:
         """All are said to be sRGB, as canvases are, so that no browser converts their codes."""
         self.files.put(f"{name}.png", encode_png(pixels))
@@ -235,7 +239,43 @@ class _Images:
         return {part: self.put(f"{name}-{part}", plane) for part, plane in planes.items()}
 
 
-def viewer(material: Material, extras: Extras | None = None) -> str:
+@dataclass(frozen=True, eq=False)
+class OneFile:
+    """The page as one file: `pieces` of it, each read and coded when it is its turn, so that none is in memory whole.
+
+    Attributes
+    ----------
+    before, after : the text around the images, in ASCII.
+    names : those of the `files` that belong to it.
+    """
+
+    before: bytes
+    names: Sequence[str]
+    files: ScratchFiles
+    after: bytes
+
+    def __iter__(self) -> Iterator[bytes]:
+        yield self.before
+        for index, name in enumerate(self.names):
+            yield self._head(index, name)
+            yield base64.b64encode(self.files[name])
+            yield b'"'
+        yield self.after
+
+    def __len__(self) -> int:
+        """Bytes."""
+        images = (
+            len(self._head(index, name)) + 4 * -(-self.files.size_bytes(name) // 3) + 1
+            for index, name in enumerate(self.names)
+        )
+        return len(self.before) + sum(images) + len(self.after)
+
+    @staticmethod
+    def _head(index: int, name: str) -> bytes:
+        return f'{", " if index else ""}"{name}": "'.encode("ascii")
+
+
+def make_page(material: Material, extras: Extras | None = None) -> OneFile:
     """The page as one file: the material on a plane and a sphere under a light that can be dragged.
 
     Of shading maps it shows the power law: tiles that keep their slices are shown by it too, with the error that it
@@ -243,10 +283,15 @@ def viewer(material: Material, extras: Extras | None = None) -> str:
     It states the error of a fitted BRDF, and what else is known of the loss.
     """
     data, images = _data_and_images(material, extras or Extras(), PIXELS_WITHIN)
-    return _one_file(data, images.files)
+    return _one_file(data, images, images.names)
 
 
-def viewer_and_parts(material: Material, extras: Extras | None = None) -> tuple[str, Mapping[str, bytes]]:
+def viewer(material: Material, extras: Extras | None = None) -> str:
+    """The text of `make_page`."""
+    return b"".join(make_page(material, extras)).decode("ascii")
+
+
+def viewer_and_parts(material: Material, extras: Extras | None = None) -> tuple[OneFile, Mapping[str, bytes]]:
     """The same page as one file, and as `index.html` without code or styles, `lightarc.js`, `lightarc.css` and its
     images, by path, which hold all tiles."""
     data, images = _data_and_images(material, extras or Extras(), PIXELS_BESIDE)
@@ -262,29 +307,25 @@ def viewer_and_parts(material: Material, extras: Extras | None = None) -> tuple[
     return page, images.files
 
 
-def _one_file(data: dict[str, Any], files: Mapping[str, bytes]) -> str:
-    """The page with its images in its data. They are most of its memory, and put in last."""
+def _one_file(data: dict[str, Any], images: _Images, names: Sequence[str]) -> OneFile:
+    """The page with the images of such names in its data."""
     style, script = (f"<{tag}>\n{text}</{tag}>" for tag, text in (("style", _style()), ("script", _script())))
     page = _document({**data, "pictures": {_HERE: ""}}, _WITHIN, style, script)
     before, _, after = page.rpartition(f'"{_HERE}": ""')
-    pieces = [before]
-    for name, content in files.items():
-        pieces += [f'"{name}": "' if len(pieces) == 1 else f', "{name}": "', base64.b64encode(content).decode(), '"']
-    return "".join([*pieces, after])
+    return OneFile(before.encode("ascii"), names, images.files, after.encode("ascii"))
 
 
-def _within(data: dict[str, Any], images: _Images) -> tuple[dict[str, Any], Mapping[str, bytes]]:
+def _within(data: dict[str, Any], images: _Images) -> tuple[dict[str, Any], _Images, list[str]]:
     """The part of a page that has room in one file: without the finest tiles where they are too large."""
     pyramid = data.get("pyramid")
     if pyramid is None:
-        return data, images.files
+        return data, images, images.names
     of_maps = sum(size for name, size in images.sizes.items() if not name.startswith("tiles/"))
     sizes = [(height, width) for width, height in pyramid["levels"]]
     finest = _finest(sizes, pyramid["layers"], PIXELS_WITHIN - of_maps)
     left_out = tuple(f"tiles/{name}-{level}-" for name, first in finest.items() for level in range(first))
-    names = [name for name in images.files if not (left_out and name.startswith(left_out))]
-    files = {name: images.files[name] for name in names}
-    return {**data, "pyramid": {**pyramid, "finest": finest}}, files
+    names = [name for name in images.names if not (left_out and name.startswith(left_out))]
+    return {**data, "pyramid": {**pyramid, "finest": finest}}, images, names
 
 
 def _document(data: dict[str, Any], policy: str, style: str, script: str) -> str:

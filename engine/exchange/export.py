@@ -258,7 +258,7 @@ def _offer(leaving: Departure, target: Target, settings: Settings) -> Steps[Offe
     except UsageError as error:
         return Offer(target.name, {}, None, f"{str(error)[:1].upper()}{str(error)[1:]}.")
     yield Step(0.95, f"packing {target.name}")
-    entry["bytes"] = sum(len(content) for content in contents.files.values())
+    entry["bytes"] = sum(len(contents.content(name)) for name in contents.paths)
     return Offer(target.name, entry, None if values is None else leaving.sphere(values))
 
 
@@ -357,12 +357,12 @@ def _put(
     """Write the files of a target, one after the other, and return its entry."""
     making = _make(leaving, target, settings, known)
     contents, entry, values = yield from part(without_partials(making), 0.0, 0.5)
-    for index, (name, content) in enumerate(contents.files.items()):
-        path = place / target.name / name
+    for index, name in enumerate(contents.paths):
+        path, content = place / target.name / name, contents.content(name)
         make_folder(path.parent)
         write_bytes(path, content)
         entry["bytes"] += len(content)
-        yield Step(0.5 + 0.5 * (index + 1) / len(contents.files), f"writing {name}")
+        yield Step(0.5 + 0.5 * (index + 1) / len(contents.paths), f"writing {name}")
     if known is None:
         offer = Offer(target.name, dict(entry), None if values is None else leaving.sphere(values))
         yield Step(1.0, target.words, offer)
@@ -395,7 +395,7 @@ def _make(
     contents = yield from part(target.contents(subject, settings, loss), 0.5, 1.0)
     entry = {
         "target": target.name,
-        "files": [f"{target.name}/{name}" for name in contents.files],
+        "files": [f"{target.name}/{name}" for name in contents.paths],
         "bytes": 0,
         "white_radiance": subject.white,
         "width_mm": settings.width_mm,

@@ -22,6 +22,7 @@ from engine.exchange.loss import Shown, maps_shown
 from engine.scene.credits import Credits
 from engine.scene.material import Material, compute_fit_error
 from engine.scene.scene import TILING_MODES, TilingMode
+from engine.storage.atomic import Pieces
 from engine.surface.pbr_maps import PbrMaps
 
 if TYPE_CHECKING:
@@ -160,12 +161,22 @@ class Contents:
     files : content by path within the target's folder, in the order of writing; `Files` where it is large.
     bytes_per_texel : that shading one point reads.
     record : further JSON values for the record of the export, such as the range of a height map.
+    pages : files that are made piece by piece, by path, which come before `files`.
     """
 
     files: Mapping[str, bytes]
     bytes_per_texel: float | None = None
     warnings: tuple[str, ...] = ()
     record: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    pages: Mapping[str, Pieces] = field(default_factory=lambda: MappingProxyType({}))
+
+    @property
+    def paths(self) -> list[str]:
+        return [*self.pages, *self.files]
+
+    def content(self, path: str) -> bytes | Pieces:
+        """The bytes of the file at a path, or its pieces."""
+        return self.pages[path] if path in self.pages else self.files[path]
 
 
 def fit_warnings(subject: Subject) -> tuple[str, ...]:

@@ -38,10 +38,12 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     yield Step(0.0, "writing the page")
     extras = Extras(loss, subject.maps, settings.width_mm)
     page, parts = viewer_and_parts(subject.material, extras)
-    files: dict[str, bytes | Callable[[], bytes]] = {f"{subject.name}.html": page.encode()}
-    files |= {f"strict/{path}": partial(parts.__getitem__, path) for path in parts}
+    files: dict[str, bytes | Callable[[], bytes]] = {
+        f"strict/{path}": partial(parts.__getitem__, path) for path in parts
+    }
     files["embed.html"] = _EMBED.format(name=subject.name).encode()
-    return Contents(Files(files), 24.0, (*fit_warnings(subject), *_round(subject), *wide_warnings(subject)))
+    warnings = (*fit_warnings(subject), *_round(subject), *wide_warnings(subject))
+    return Contents(Files(files), 24.0, warnings, pages={f"{subject.name}.html": page})
 
 
 def _round(subject: Subject) -> list[str]:

@@ -24,7 +24,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar, cast
+from typing import TYPE_CHECKING, Any, BinaryIO, Protocol, TypeVar, cast
 
 from engine.core.errors import FileError, OutputError
 from engine.core.figure_text import size_text
@@ -155,10 +155,19 @@ def passing_folder(path: AnyPath) -> Iterator[Path]:
         discard(partial)
 
 
-def write_bytes(path: AnyPath, data: bytes) -> None:
+class Pieces(Protocol):
+    """Content of a file that is too large for memory: its bytes altogether (`len`), and the pieces in their order."""
+
+    def __len__(self) -> int: ...
+
+    def __iter__(self) -> Iterator[bytes]: ...
+
+
+def write_bytes(path: AnyPath, data: bytes | Pieces) -> None:
     """Write `data` to the file `path`."""
     with atomic_file(path, len(data)) as output:
-        output.write(data)
+        for piece in (data,) if isinstance(data, bytes) else data:
+            output.write(piece)
 
 
 def overwrite_end(path: AnyPath, data: bytes) -> None:

@@ -161,6 +161,10 @@ class ScratchFiles(Mapping[str, bytes]):
     def __len__(self) -> int:
         return len(self._places)
 
+    def size_bytes(self, name: str) -> int:
+        """Bytes of a content, which is not read."""
+        return self._places[name][1]
+
 
 class ScratchRows(Mapping[int, bytes]):
     """The same by numbers below `count`: 16 bytes for each beside its content, of which there may be millions."""

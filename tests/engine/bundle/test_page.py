@@ -6,6 +6,7 @@ import base64
 import dataclasses
 import json
 import re
+import tracemalloc
 from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
@@ -16,11 +17,13 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import MODELS
-from engine.bundle.page import VIEWER_SIDE, Extras, bytes_of, viewer, viewer_and_parts
+from engine.bundle.page import VIEWER_SIDE, Extras, bytes_of, make_page, viewer, viewer_and_parts
 from engine.core.colour import srgb_decode, srgb_encode
 from engine.core.directions import surface_direction
 from engine.core.health import Health
 from engine.shading.kept_tiles import cut_tiles
+from engine.storage.atomic import write_bytes
+from engine.storage.scratch import keep_in_memory
 from engine.surface.pbr_maps import PbrMaps
 from tests.chromium import SHIFT, Page, chromium
 from tests.engine.bundle.materials import EXPONENT, SCALE, compute_expected_radiance, make_material
@@ -501,7 +504,9 @@ def test_one_file_leaves_out_what_is_too_large_and_says_so(
 ) -> None:
     size = (8, 2100)
     monkeypatch.setattr("engine.bundle.page.PIXELS_WITHIN", 12 * 4 * VIEWER_SIDE + bytes_of([size], 2) - 1)
-    text, parts = viewer_and_parts(noisy(size))
+    page, parts = viewer_and_parts(noisy(size))
+    text = b"".join(page).decode()
+    assert len(page) == len(text)
     tiles = {name for name in parts if name.startswith("tiles/")}
     assert {name[:15] for name in tiles} == {"tiles/look_up-0"}
     data = page_data(text)
@@ -510,6 +515,21 @@ def test_one_file_leaves_out_what_is_too_large_and_says_so(
     assert data["pictures"] == page_data(viewer(noisy(size)))["pictures"], "as the page of a bundle"
     show(browser, tmp_path, text, size=SMALL)
     assert "2100 × 8 texels, averaged down here to 1024 × 4." in browser.value("byId('facts').textContent")
+
+
+def test_a_page_takes_the_memory_of_one_image(tmp_path: Path) -> None:
+    material = noisy((200, 1030))
+    with keep_in_memory(0):
+        page = make_page(material)
+    tracemalloc.start()
+    write_bytes(tmp_path / "index.html", page)
+    _, most_bytes = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    size_bytes = (tmp_path / "index.html").stat().st_size
+    largest = max(page.files.size_bytes(name) for name in page.names)
+    assert len(page) == size_bytes
+    assert most_bytes < 3 * largest + (1 << 18) < size_bytes / 2
+    assert (tmp_path / "index.html").read_bytes() == viewer(material).encode(), "wherever its images lay"
 
 
 @pytest.mark.parametrize("form", ["power", "planes"])

@@ -17,6 +17,7 @@ from engine.core.steps import drain
 from engine.exchange.pbr_from_material import nearest_maps
 from engine.exchange.subject import Settings, Subject
 from engine.exchange.web import contents
+from engine.storage.atomic import write_bytes
 from tests.chromium import Page, chromium
 
 from .materials import linear_material, woven_material, woven_subject
@@ -43,9 +44,10 @@ class Strict(http.server.SimpleHTTPRequestHandler):
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    for name, content in drain(contents(woven_subject(), Settings(), "An error of 3 %.")).files.items():
+    made = drain(contents(woven_subject(), Settings(), "An error of 3 %."))
+    for name in made.paths:
         (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).write_bytes(content)
+        write_bytes(tmp_path / name, made.content(name))
     return tmp_path
 
 
