@@ -1,12 +1,15 @@
-"""Memory and disk that large captures take: import with alignment, `shade` to a bundle, maps of the surface, and export
-to web pages with tiles, each a process of its own, which may be given a limit (`--memory`).
+"""Memory and disk that large captures take: import with alignment and the calibration of the rig, `shade` to a bundle,
+maps of the surface, and exports of the bundle: web pages with tiles, textures of games, and MaterialX. Each is a
+process of its own, which may be given a limit (`--memory`).
 
 Photographs of each size are made on the disk, as 16-bit TIFFs: ten under an arc of lamps, or more under a dome, of
 which `shade` makes planes. The memory of the process and of its decoders is sampled ten times a second, in
 proportional shares (PSS), so that what they share counts once. Two figures are told: that of all pages, and that
 without the pages of mapped files, which the system takes back when it needs them. The slope is that of a line through
 the peaks of all sizes, in bytes for each pixel of a photograph. Disk is that of the photographs, of all results, and of
-the files without a name that the process has mapped.
+the files without a name that the process has mapped. A verb that fails has `ended` 0, and its
+message is told with its failures, of which none is allowed; the others go on, and those that need what it should have
+made fail as well.
 """
 
 from __future__ import annotations
@@ -43,12 +46,13 @@ _INTERVAL_S = 0.1
 
 
 class Peak(NamedTuple):
-    """The most memory of a command at any moment: all pages, those of no mapped file; and its disk and seconds."""
+    """The most memory of a command at any moment: all pages, those of no mapped file; its disk, seconds and failure."""
 
     all_bytes: int
     without_files_bytes: int
     disk_bytes: int
     time_s: float
+    failure: str = ""
 
 
 def large_memory(
@@ -59,9 +63,10 @@ def large_memory(
 ) -> Steps[list[Accuracy]]:
     """Peaks in GiB at every size and their slope, for each of `_list_verbs`, of so many `photographs`.
 
-    `limit_bytes` is the memory that each verb is told to take at most. `folder` needs room for some 280 bytes for each
-    pixel of ten photographs, 42 GB for 150 megapixels, and for 20 bytes for each pixel of each photograph of a dome.
-    Raises UsageError for less than `PHOTOGRAPHS`.
+    `limit_bytes` is the memory that each verb is told to take at most; `peak_of_limit` of the further figures is then
+    the part of it that was taken at the largest size, and `ended` is 1 where the verb did its work at all of them.
+    `folder` needs room for some 280 bytes for each pixel of ten photographs, 42 GB for 150 megapixels, and for 20 bytes
+    for each pixel of each photograph of a dome. Raises UsageError for less than `PHOTOGRAPHS`.
     """
     if photographs < PHOTOGRAPHS:
         raise UsageError(f"--photographs {photographs}: large-memory takes {PHOTOGRAPHS} or more")
@@ -83,19 +88,22 @@ def large_memory(
         for made in folder.iterdir():
             discard(made)
     bound = LIMIT_BYTES if limit_bytes is None else BEYOND * limit_bytes
-    return [_find(name, photographs, sizes, of_verb, bound) for name, of_verb in peaks.items()]
+    found = [_find(name, photographs, sizes, of_verb, bound, limit_bytes) for name, of_verb in peaks.items()]
+    return [*found, *(_count_failures(name, sizes, of_verb) for name, of_verb in peaks.items())]
 
 
 def _list_verbs(folder: Path) -> dict[str, list[str]]:
     """Words of the command line by what is measured, each of which takes what the one before it has made."""
-    place, stack, bundle, maps, pages = (
-        str(folder / name) for name in ("photographs", "stack", "material.lightarc", "surface", "pages")
+    place, stack, bundle, maps, exported = (
+        str(folder / name) for name in ("photographs", "stack", "material.lightarc", "surface", "exported")
     )
     return {
         "import": ["import", place, "-o", stack],
         "shade": ["shade", stack, "-o", bundle],
         "maps": ["normals", stack, "-o", maps, "--no-errors"],
-        "tiles": ["export", bundle, "--to", "web", "-o", pages],
+        "tiles": ["export", bundle, "--to", "web", "-o", f"{exported}-web"],
+        "textures": ["export", bundle, "--to", "textures", "-o", f"{exported}-textures"],
+        "materialx": ["export", bundle, "--to", "materialx", "-o", f"{exported}-materialx"],
     }
 
 
@@ -120,7 +128,14 @@ def _dome(folder: Path, height: int, width: int, count: int) -> Steps[None]:
     write_bytes(folder / "lamps.lp", "".join(lines).encode())
 
 
-def _find(verb: str, photographs: int, sizes: Sequence[float], peaks: Sequence[Peak], bound_bytes: float) -> Accuracy:
+def _find(
+    verb: str,
+    photographs: int,
+    sizes: Sequence[float],
+    peaks: Sequence[Peak],
+    bound_bytes: float,
+    limit_bytes: int | None,
+) -> Accuracy:
     pixels = 1e6 * np.asarray(sizes)
     slopes = [
         float(np.polyfit(pixels, [getattr(peak, kind) for peak in peaks], 1)[0]) if len(peaks) > 1 else None
@@ -142,8 +157,16 @@ def _find(verb: str, photographs: int, sizes: Sequence[float], peaks: Sequence[P
         "time_s": [peak.time_s for peak in peaks],
         "slope_bytes_per_pixel": slopes[0],
         "slope_without_mapped_files_bytes_per_pixel": slopes[1],
+        "ended": int(not any(peak.failure for peak in peaks)),
+        "peak_of_limit": None if limit_bytes is None else peaks[-1].all_bytes / limit_bytes,
     }
     return Accuracy(f"{verb}-memory", peaks[-1].all_bytes / 2**30, what, bound_bytes / 2**30, more)
+
+
+def _count_failures(verb: str, sizes: Sequence[float], peaks: Sequence[Peak]) -> Accuracy:
+    failures = [f"{size:g} megapixels: {peak.failure}" for size, peak in zip(sizes, peaks, strict=True) if peak.failure]
+    what = "; ".join(failures) or f"sizes at which {verb} failed"
+    return Accuracy(f"{verb}-failures", float(len(failures)), what, 0.0)
 
 
 def _watch(words: Sequence[str], folder: Path, done: float, note: str) -> Steps[Peak]:
@@ -156,8 +179,12 @@ def _watch(words: Sequence[str], folder: Path, done: float, note: str) -> Steps[
         most, max_without = max(most, everything), max(max_without, everything - files)
         max_disk = max(max_disk, _on_disk(folder) + _nameless(process))
 
-    yield from run_watched([sys.executable, "-m", "app.__main__", *words], words[1], look, Step(done, note))
-    return Peak(most, max_without, max_disk, time.monotonic() - start)
+    failure = ""
+    try:
+        yield from run_watched([sys.executable, "-m", "app.__main__", *words], words[1], look, Step(done, note))
+    except InputError as error:
+        failure = error.problem
+    return Peak(most, max_without, max_disk, time.monotonic() - start, failure)
 
 
 def run_watched(

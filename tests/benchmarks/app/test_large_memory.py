@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.app.large_memory import _dome, _nameless, _on_disk, large_memory
+from benchmarks.app.large_memory import Peak, _count_failures, _dome, _find, _nameless, _on_disk, large_memory
 from engine.capture.lights.sources import find
 from engine.core.errors import UsageError
 from engine.core.steps import drain
@@ -40,3 +40,14 @@ def test_disk_counts_files_with_a_name_and_mapped_ones_without(tmp_path: Path, m
     assert _nameless(os.getpid()) == before
     (tmp_path / "named").write_bytes(bytes(1 << 16))
     assert _on_disk(tmp_path) == 1 << 16
+
+
+def test_a_verb_that_fails_is_told_with_its_message() -> None:
+    peaks = [Peak(2 << 20, 1 << 20, 0, 1.0), Peak(6 << 20, 2 << 20, 0, 2.0, "could not be measured: no room")]
+    found = _find("shade", 16, [1.0, 2.0], peaks, 2.0**30, 4 << 20)
+    assert (found.more["ended"], found.more["peak_of_limit"]) == (0, 1.5)
+    assert found.more["slope_bytes_per_pixel"] == pytest.approx(4 * 1.048576)
+    failures = _count_failures("shade", [1.0, 2.0], peaks)
+    assert (failures.error, failures.bound) == (1.0, 0.0)
+    assert "2 megapixels: could not be measured: no room" in failures.what
+    assert _find("shade", 16, [1.0], peaks[:1], 2.0**30, None).more["ended"] == 1
