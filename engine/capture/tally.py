@@ -1,6 +1,7 @@
 """Counts and sums over a photograph, taken in one pass over its bands while it is written.
 
-Cost: bound by memory: one read of the pixels.
+Cost: bound by memory: one read of the pixels, 24 megapixels in 0.03 s. One thread takes it, because the threads of many
+short parallel loops wait actively after each (libgomp), on cores that decoders need.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from engine.capture.report import BLACK
 from engine.core.colour import LUMINANCE
-from engine.core.kernels import parallel, prange
+from engine.core.kernels import scalar
 
 _WEIGHTS = np.asarray(LUMINANCE, np.float32)
 
@@ -45,12 +46,12 @@ class Tally:
         return float(np.dot(total, LUMINANCE)) / pixels
 
 
-@parallel
+@scalar
 def _sum(
     band: np.ndarray, mask: np.ndarray, weights: np.ndarray, black: np.float32, sums: np.ndarray, counts: np.ndarray
 ) -> None:
     """Bound by the read of the band."""
-    for row in prange(band.shape[0]):
+    for row in range(band.shape[0]):
         red, green, blue = 0.0, 0.0, 0.0
         clipped, dark = 0, 0
         for column in range(band.shape[1]):
