@@ -15,7 +15,7 @@ from pathlib import Path
 
 from engine.core.errors import InputError
 from engine.core.health import Finding, Verdict
-from engine.storage.untrusted import build, decode_content, read_bytes
+from engine.storage.untrusted import build, decode_content, decode_in_child, read_head
 
 _HEAD_BYTES = 1 << 20
 
@@ -59,16 +59,19 @@ def read_noted_exposure(path: Path) -> Noted:
 
     Nothing for a file that cannot be read, which decoding will tell.
     """
+    decoder = "engine.capture.photograph.decode:decode_exposure"
     try:
-        content = read_bytes(path)
-        heads = (content[:_HEAD_BYTES], content) if len(content) > _HEAD_BYTES else (content,)
+        head, size_bytes = read_head(path, _HEAD_BYTES)
     except InputError:
         return Noted()
-    for head in heads:
+    with contextlib.suppress(InputError):
+        noted = build(Noted, path, decode_content(decoder, path, head))
+        if noted.exposure_s is not None:
+            return noted
+    if size_bytes > len(head):
         with contextlib.suppress(InputError):
-            noted = build(Noted, path, decode_content("engine.capture.photograph.decode:decode_exposure", path, head))
-            if noted.exposure_s is not None:
-                return noted
+            noted = build(Noted, path, decode_in_child(decoder, path))
+            return noted if noted.exposure_s is not None else Noted()
     return Noted()
 
 
