@@ -38,7 +38,7 @@ LINEAR_MARK = '"transfer": "linear"'
 
 _WHITE_POINT, _PRIMARIES, _TRANSFER_FUNCTION = 318, 319, 301
 _STRIP_OFFSETS, _TILE_OFFSETS, _EXIF_DIRECTORY = 273, 324, 34665
-_NONE, _JPEG, _LOGLUV = 1, 7, (34676, 34677)
+_NONE, _JPEG, _JPEGS, _LOGLUV = 1, 7, (6, 7), (34676, 34677)
 
 #: Most directories that are walked, of images and their parts.
 DIRECTORIES_LIMIT = 10_000
@@ -47,10 +47,10 @@ DIRECTORIES_LIMIT = 10_000
 _OVERLAPS_LIMIT = 16
 
 #: Decoded length of a segment, for codings that do not state it.
-_LENGTHS: dict[int, Callable[[bytes], int]] = {
+_LENGTHS: dict[int, Callable[[memoryview], int]] = {
     _NONE: len,
-    5: lambda segment: len(imagecodecs.lzw_decode(segment)),
-    32773: lambda segment: len(imagecodecs.packbits_decode(segment)),
+    5: lambda segment: len(imagecodecs.lzw_decode(bytes(segment))),
+    32773: lambda segment: len(imagecodecs.packbits_decode(bytes(segment))),
 }
 
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _PALETTE, _YCBCR = 0, 1, 2, 3, 6
@@ -72,6 +72,19 @@ def is_raw_tiff(content: bytes, name: str) -> bool:
         if "DNGVersion" in first.tags:
             return True
         return any(page.photometric in RAW_PHOTOMETRICS for page in (first, *(first.pages or ())))
+
+
+def cut_images(content: bytes) -> bytes:
+    """The content of a TIFF without the samples of its images; previews stay, as a JPEG may hold what a file says."""
+    with tifffile.TiffFile(io.BytesIO(content)) as file:
+        pages = [page for top in file.pages for page in (top, *(top.pages or ()))]
+        samples = [page for page in pages if page.compression not in _JPEGS or page.photometric in RAW_PHOTOMETRICS]
+        segments = [each for page in samples for each in zip(page.dataoffsets, page.databytecounts, strict=False)]
+    kept, end = [], 0
+    for offset, count in sorted(segments):
+        kept.append(content[end:offset])
+        end = max(end, offset + count)
+    return b"".join([*kept, content[end:]])
 
 
 def read_tiff(content: bytes, name: str) -> Raster:
@@ -207,9 +220,9 @@ def _check_lengths(page: tifffile.TiffPage, content: bytes, name: str) -> None:
     row_bytes = math.ceil(width * samples * page.bitspersample / 8)
     last = len(page.dataoffsets) - 1
     for index, (offset, count) in enumerate(zip(page.dataoffsets, page.databytecounts, strict=True)):
-        segment = content[offset : offset + count]
+        segment = memoryview(content)[offset : offset + count]
         if page.compression == _JPEG:
-            fits = check_jpeg(segment, name).width == width or page.photometric in RAW_PHOTOMETRICS
+            fits = check_jpeg(bytes(segment), name).width == width or page.photometric in RAW_PHOTOMETRICS
         elif page.compression in _LENGTHS and page.fillorder == 1 and (page.compression == _NONE or index == last):
             first_row = index % math.ceil(page.imagelength / rows) * rows
             needed = row_bytes * (rows if tiled else min(rows, page.imagelength - first_row))

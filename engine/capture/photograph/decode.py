@@ -266,9 +266,9 @@ def decode_photograph(
 
         if bands:
             raise InputError(name, "is camera RAW, which has no bands to choose", "Leave --bands out")
-        found, noted = decode_raw(content, name, white_balance, half_size), read_exif(content)
-        optics = note_optics(noted, found["radiance"].shape, half_size)
-        return {**found, **optics, "credits": read_credits(content, noted)}
+        found, noted = decode_raw(content, name, white_balance, half_size, codes_alone), read_exif(content)
+        optics = note_optics(noted, found.pop("shape"), half_size)
+        return {**found, **optics, "credits": _read_credits(content, noted)}
     more: dict[str, Any] = {"bands": bands, "keep_primaries": True, "white_samples": white_samples}
     more |= {"keep_codes": keep_codes, "codes_alone": codes_alone}
     image = images.decode(content, name, transfer, half_size, orientation, white_code, **more)
@@ -284,7 +284,7 @@ def decode_photograph(
         name: getattr(noted, name) for name in ("camera", "exposure_s", "iso", "aperture", "orientation")
     }
     photographed |= note_optics(noted, shape, half_size)
-    photographed["credits"] = read_credits(content, noted)
+    photographed["credits"] = _read_credits(content, noted)
     levels = {"black_level": [], "white_level": [], "white_balance": [1.0, 1.0, 1.0], "camera_matrix": []}
     return {**image, **photographed, **levels}
 
@@ -316,6 +316,11 @@ def decode_exposure(content: bytes, name: str) -> dict[str, Any]:
     """The decoder of what the camera noted alone: exposure_s, iso, aperture, each None where it did not."""
     if any(each.of_radiance and content.startswith(each.signatures) for each in readers("image") if each.signatures):
         return {"exposure_s": None, "iso": None, "aperture": None}
+def _read_credits(content: bytes, noted: Exif) -> dict[str, str]:
+    """What the file says of its author, who is not looked for in samples."""
+    return read_credits(tiff.cut_images(content) if content.startswith(tiff.SIGNATURES) else content, noted)
+
+
     if content.startswith(tiff.SIGNATURES):
         check_directories(content, name, tiff.DIRECTORIES_LIMIT)
     noted = read_exif(content)

@@ -8,6 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+import tifffile
 
 from engine.capture.photograph.decode import read_photograph
 from engine.images.credits import join_credits, spdx
@@ -90,6 +91,15 @@ def test_what_a_photograph_states_is_read(tmp_path: Path, segments: tuple[bytes,
 def test_damaged_words_cost_no_photograph(tmp_path: Path, packet: str) -> None:
     cut = segment(0xED, b"Photoshop 3.0\0" + b"8BIM\x04\x04\0\0\0\0\xff\xff\x1c\x02\x50\xff")
     assert not read_photograph(photograph(tmp_path, cut, xmp(packet))).credits
+
+
+def test_words_among_the_samples_of_a_tiff_are_none_of_its_author(tmp_path: Path) -> None:
+    path, packet = tmp_path / "a.tif", PACKET.encode()
+    false = PACKET.replace("Zoë", "Eve").encode().ljust(1200)
+    samples = np.frombuffer(false[:1200], np.uint8).reshape(20, 20, 3)
+    tifffile.imwrite(path, samples, photometric="rgb", extratags=[(700, 1, len(packet), packet)])
+    assert path.read_bytes().find(false) >= 0
+    assert dict(read_photograph(path).credits) == FULL
 
 
 def test_several_photographs_state_together() -> None:
