@@ -176,14 +176,19 @@ class _Results:
 
     def array(self, shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
         size_bytes = math.prod(shape) * np.dtype(dtype).itemsize
-        offset = self._end
-        self._end += -(-size_bytes // mmap.ALLOCATIONGRANULARITY) * mmap.ALLOCATIONGRANULARITY
+        offset = self._place(size_bytes)
         if size_bytes == 0:
             array = np.zeros(shape, dtype)
         else:
             array = np.frombuffer(self._mapping(offset, size_bytes), dtype).reshape(shape)
         self._arrays.append((offset, array))
         return array
+
+    def _place(self, size_bytes: int) -> int:
+        """The offset of the next array."""
+        offset = self._end
+        self._end += -(-size_bytes // mmap.ALLOCATIONGRANULARITY) * mmap.ALLOCATIONGRANULARITY
+        return offset
 
     def _mapping(self, offset: int, size_bytes: int) -> mmap.mmap:
         if self._on_disk:  # where a page without a place on the disk would end the process
@@ -200,15 +205,18 @@ class _Results:
         return mapping
 
     def offset(self, array: NDArray[Any]) -> int:
-        """Offset of `array`; it is copied to a place of its own if it was not made by `result_array`."""
+        """Offset of `array`; it is written to a place of its own if it was not made by `result_array`.
+
+        The system then need not clear the pages first, as those that are mapped.
+        """
         for offset, known in self._arrays:
             if known.nbytes == array.nbytes > 0 and known.ctypes.data == array.ctypes.data:
                 self._answered.add(offset)
                 return offset
-        place = self.array(array.shape, array.dtype)
-        place[...] = array
-        offset = self._arrays[-1][0]
-        self._answered.add(offset)
+        offset, left = self._place(array.nbytes), array.reshape(-1).view(np.uint8).data
+        os.ftruncate(self._descriptor, self._end)
+        while len(left):
+            left = left[os.pwrite(self._descriptor, left, offset + array.nbytes - len(left)) :]
         return offset
 
 
