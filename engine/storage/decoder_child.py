@@ -12,6 +12,7 @@ their only way to say that a result is incomplete; `complaints` collects it.
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import errno
 import gc
 import importlib
@@ -19,6 +20,7 @@ import io
 import json
 import math
 import os
+import select
 import signal
 import socket
 import struct
@@ -56,6 +58,9 @@ _DAMAGE: tuple[type[Exception], ...] = (
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _OF_THE_SYSTEM = (*_NO_ROOM, errno.EIO, errno.ENXIO, errno.EBADF, errno.ESTALE, errno.ETIMEDOUT)
 
+#: Seconds for which the memory of one file is kept for the next, and numbers of glibc's `mallopt`.
+_WAIT_S, _TRIM_THRESHOLD, _MMAP_MAX = 0.5, -1, -4
+
 
 def main(handed: int | None, module: str, outside: str, folder: str) -> None:
     """Serve decoders of `module` until stdin is closed; `handed` is the socket for descriptors, if there is one.
@@ -73,9 +78,30 @@ def main(handed: int | None, module: str, outside: str, folder: str) -> None:
         decoders.prepare()
     sys.dont_write_bytecode = True
     protection = confine(folder=folder)
-    while line := requests.readline():
+    while line := _next_request(requests):
         gc.freeze()  # what stays between files, above all modules, need not be searched for garbage after each
         _serve(json.loads(line), requests, replies, descriptors, protection)
+
+
+def _next_request(requests: IO[bytes]) -> bytes:
+    """The line of the next request, waited for; the system has the memory of the last one back where none follows."""
+    if sys.platform == "linux" and not select.select([requests], [], [], _WAIT_S)[0]:
+        _trim_memory()
+    return requests.readline()
+
+
+def _keep_memory(kept: bool) -> None:
+    """Whether the C library keeps memory that was large arrays (glibc); what the system gives anew it has to clear."""
+    with contextlib.suppress(AttributeError):
+        libc = ctypes.CDLL(None)
+        libc.mallopt(_MMAP_MAX, 0 if kept else 1 << 16)
+        libc.mallopt(_TRIM_THRESHOLD, (1 << 31) - 1 if kept else 1 << 17)
+
+
+def _trim_memory() -> None:
+    """Give back what the C library keeps (glibc)."""
+    with contextlib.suppress(AttributeError):
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 def _serve(
@@ -104,6 +130,7 @@ def _serve(
         replies.write(b"\n")
         replies.flush()
         _limit_memory(request["memory_bytes"])
+        _keep_memory(not request["on_disk"])
         _limit_time(request["patience_s"])
         with results_in(results_file, request["on_disk"]) as results:
             answer = _refusal(unreadable) if unreadable else _answer(request, contents, results, scratch)

@@ -79,6 +79,9 @@ _ONE_THREAD = {
     "PXR_WORK_THREAD_LIMIT": "1",
 }
 
+#: Memory of decoders in large pages (glibc), as numpy has it: the system clears all that it gives, small pages slowly.
+_LARGE_PAGES = {"GLIBC_TUNABLES": "glibc.malloc.hugetlb=1"}
+
 #: The beginning of a child; its arguments are the number of its socket, its module of decoders, the readers of other
 #: packages, the folder that it may read, and where modules lie.
 _START = """
@@ -443,7 +446,7 @@ class _Child:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
-                env={**{name: os.environ[name] for name in _KEPT if name in os.environ}, **_ONE_THREAD},
+                env={**{name: os.environ[name] for name in _KEPT if name in os.environ}, **_ONE_THREAD, **_LARGE_PAGES},
                 pass_fds=() if other is None else (handed,),
             )
         except BaseException:
