@@ -166,7 +166,8 @@ def _wait(decoding: Decoding, done: Callable[[], float], note: str) -> Steps[dic
         while not decoding.wait(_PATIENCE_S):
             yield Step(done(), note)
         is_over = True
-        return decoding.result()
+        reply: dict[str, Any] = decoding.result()
+        return reply
     finally:
         if not is_over:
             decoding.cancel()

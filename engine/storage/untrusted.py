@@ -376,7 +376,7 @@ def build(make: Callable[..., Result], path: str | os.PathLike[str], fields: Map
     """`make(**fields)` of what a decoder answered about `path`; InputError where these are not the fields it takes."""
     try:
         return make(**fields)
-    except TypeError:
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
         raise InputError(path, *_INVALID.values()) from None
 
 
@@ -386,19 +386,27 @@ def protection() -> Protection | None:
 
 
 class Decoding:
-    """`decode_in_child` while its caller does other things."""
+    """`decode_in_child` while its caller does other things, as is what `finish` makes of its result."""
 
-    def __init__(self, decoder: str, path: str | os.PathLike[str], **options: Any) -> None:
+    def __init__(
+        self,
+        decoder: str,
+        path: str | os.PathLike[str],
+        *,
+        finish: Callable[[dict[str, Any]], Any] = lambda reply: reply,
+        **options: Any,
+    ) -> None:
         self._cancellation = Cancellation()
-        self._future = _ahead.submit(decode_in_child, decoder, path, cancellation=self._cancellation, **options)
+        options["cancellation"] = self._cancellation
+        self._future = _ahead.submit(lambda: finish(decode_in_child(decoder, path, **options)))
 
     def wait(self, timeout_s: float) -> bool:
         """Wait for at most `timeout_s`; True if there is a result."""
         futures.wait([self._future], timeout_s)
         return self._future.done()
 
-    def result(self) -> dict[str, Any]:
-        """Result of `decode_in_child`, waited for; raises its error."""
+    def result(self) -> Any:
+        """The result, waited for; raises the error of its decoder."""
         return self._future.result()
 
     def cancel(self) -> None:

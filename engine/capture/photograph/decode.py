@@ -6,6 +6,9 @@ What had to be assumed (transfer function, levels, white balance, exposure) stan
 Photographs one after the other: while one is worked on the next ones are decoded, on all cores as far as there is
 memory for them; where it is short, one photograph at a time is decoded or worked on.
 
+Decoders answer with the codes of a file, or the mosaic of its sensor, of which linear light is made here: that is a
+sixth to a half of the bytes, and memory is new to every decoder but here goes from one photograph to the next.
+
 Cost: as decoding on all cores that memory allows.
 """
 
@@ -20,20 +23,22 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from engine.capture.photograph import bayer
 from engine.capture.photograph.kinds import RAW_SUFFIXES
+from engine.capture.photograph.radiometry import balance_matrix
 from engine.core.budget import free_bytes, thread_count
 from engine.core.errors import InputError
 from engine.core.steps import Step, Steps
 from engine.images import decode as images
 from engine.images import tiff
-from engine.images.codes import Coded
+from engine.images.codes import Coded, decode
 from engine.images.credits import read_credits
 from engine.images.exif import Exif, pixel_pitch_mm, read_exif
 from engine.images.tiff_directories import check_directories
 from engine.storage.readers import readers
+from engine.storage.reused import ReusedMemory
 from engine.storage.scratch import find_results_folder, release
 from engine.storage.untrusted import CHILDREN, GIBIBYTE, Decoding, build
 
@@ -160,6 +165,7 @@ class Reading:
         bands: Sequence[int] = (),
         white_samples: Sequence[float] = (),
         keep_codes: bool = False,
+        memory: ReusedMemory | None = None,
     ) -> None:
         if isinstance(white_balance, str) and white_balance not in ("camera", "none"):
             raise ValueError(f"unknown white balance {white_balance!r}")
@@ -175,12 +181,15 @@ class Reading:
             "keep_codes": keep_codes,
         }
         self._keep_codes = keep_codes
+        self._memory = memory
         self._known = _ask_supplies(self._path, options)
         self._decoding: Decoding | None = None
         if self._known is None:
             name = "engine.capture.photograph.decode:decode_photograph"
-            few = find_results_folder() is not None  # memory: the codes alone come, as there are fewer bytes of them
-            self._decoding = Decoding(name, path, **options, codes_alone=few, memory_bytes=_MEMORY_BYTES)
+            options |= {"codes_alone": True, "memory_bytes": _MEMORY_BYTES}
+            if find_results_folder() is None:
+                options["finish"] = self._finish
+            self._decoding = Decoding(name, path, **options)
 
     def wait(self, timeout_s: float) -> bool:
         """Wait for at most `timeout_s`; True if the photograph has been read, or cannot be."""
@@ -192,15 +201,16 @@ class Reading:
             return self._known
         assert self._decoding is not None
         try:
-            reply = self._decoding.result()
+            found = self._decoding.result()
         except InputError as error:
             raise Unreadable(error.path, error.problem, error.remedy) from None
-        for name, value in reply.items():
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False
-            elif isinstance(value, list):
-                reply[name] = tuple(value)
-        photograph = build(_build, self._path, {"path": self._path, **reply})
+        # where memory is limited, large arrays lie on the disk that this thread makes
+        return found if isinstance(found, Photograph) else self._finish(found)
+
+    def _finish(self, reply: dict[str, Any]) -> Photograph:
+        """The photograph that a decoder answered with."""
+        arrays = np.empty if self._memory is None else self._memory.array
+        photograph = build(_build, self._path, {"arrays": arrays, "path": self._path, **reply})
         return photograph if self._keep_codes else replace(photograph, coded=None)
 
     def close(self) -> None:
@@ -230,21 +240,42 @@ def _ask_supplies(path: Path, options: Mapping[str, Any]) -> Photograph | None:
     return next((found for supply in tuple(_supplies) if (found := supply(path, options)) is not None), None)
 
 
-def _build(**fields: Any) -> Photograph:
-    """A photograph of what the decoder answered; TypeError where these are not the fields it takes."""
-    if "codes" not in fields:
-        return Photograph(**fields)
-    coded = Coded(**{name: fields.pop(name) for name in ("codes", "tables", "white", "matrix") if name in fields})
-    if "radiance" not in fields:
-        pixels = coded.linear(0, len(coded.codes))
-        release(coded.codes)
-        for array in pixels:
-            array.flags.writeable = False
-        fields |= dict(zip(("radiance", "saturated"), pixels, strict=True))
-    photograph = Photograph(**fields, coded=coded)
-    if coded.codes.shape[:2] != np.shape(photograph.saturated):
-        raise TypeError("codes of another size than the photograph")
-    return photograph
+def _build(arrays: Callable[[tuple[int, ...], DTypeLike], NDArray[Any]], **fields: Any) -> Photograph:
+    """A photograph of what the decoder answered, in `arrays` of a shape and a type; an error where these are not the
+    fields it takes."""
+    for name, value in fields.items():
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+        elif isinstance(value, list):
+            fields[name] = tuple(value)
+    coded: Coded | None = None
+    if "codes" in fields:
+        codes: NDArray[Any] = fields["codes"]
+        coded = Coded(**{name: fields.pop(name) for name in ("codes", "tables", "white", "matrix") if name in fields})
+        height, width, _ = codes.shape
+        pixels = arrays((height, width, 3), np.float32), arrays((height, width), np.bool_)
+        samples = np.broadcast_to(codes, (height, width, 3))
+        decode(samples, coded.tables, coded.matrix, coded.white, *pixels)
+        release(codes)
+        fields["radiance"], fields["saturated"] = pixels
+    elif "mosaic" in fields:
+        mosaic = _take_mosaic(fields)
+        pixels = arrays((*mosaic.shape, 3), np.float32), arrays(mosaic.shape, np.bool_)
+        mosaic.develop_into(*pixels)
+        release(mosaic.samples)
+        fields["radiance"], fields["saturated"] = pixels
+    for name in ("radiance", "saturated"):
+        fields[name].flags.writeable = False
+    return Photograph(**fields, coded=coded)
+
+
+def _take_mosaic(fields: dict[str, Any]) -> bayer.Mosaic:
+    """The mosaic of a RAW file, and `fields` without what a photograph does not have of it."""
+    samples, colours, turn = (fields.pop(name) for name in ("mosaic", "colours", "turn"))
+    black, white = (np.asarray(fields[name], np.float64).reshape(2, 2) for name in ("black_level", "white_level"))
+    camera, multipliers = (np.asarray(fields[name], np.float64) for name in ("camera_matrix", "white_balance"))
+    matrix = balance_matrix(camera.reshape(3, 3), multipliers)
+    return bayer.Mosaic(samples, black, white, np.asarray(colours, np.int64).reshape(2, 2), matrix, turn)
 
 
 def decode_photograph(
@@ -260,7 +291,7 @@ def decode_photograph(
     keep_codes: bool = False,
     codes_alone: bool = False,
 ) -> dict[str, Any]:
-    """The decoder that runs in the child; with `codes_alone` codes come without the pixels that tables make of them."""
+    """The decoder that runs in the child; with `codes_alone` codes come without the pixels that are made of them."""
     if _is_raw(content, name):
         from engine.capture.photograph.raw import decode_raw
 
@@ -287,6 +318,11 @@ def decode_photograph(
     photographed["credits"] = _read_credits(content, noted)
     levels = {"black_level": [], "white_level": [], "white_balance": [1.0, 1.0, 1.0], "camera_matrix": []}
     return {**image, **photographed, **levels}
+
+
+def _read_credits(content: bytes, noted: Exif) -> dict[str, str]:
+    """What the file says of its author, who is not looked for in samples."""
+    return read_credits(tiff.cut_images(content) if content.startswith(tiff.SIGNATURES) else content, noted)
 
 
 def note_optics(noted: Exif, shape: Sequence[int], half_size: bool) -> dict[str, float | None]:
@@ -316,11 +352,6 @@ def decode_exposure(content: bytes, name: str) -> dict[str, Any]:
     """The decoder of what the camera noted alone: exposure_s, iso, aperture, each None where it did not."""
     if any(each.of_radiance and content.startswith(each.signatures) for each in readers("image") if each.signatures):
         return {"exposure_s": None, "iso": None, "aperture": None}
-def _read_credits(content: bytes, noted: Exif) -> dict[str, str]:
-    """What the file says of its author, who is not looked for in samples."""
-    return read_credits(tiff.cut_images(content) if content.startswith(tiff.SIGNATURES) else content, noted)
-
-
     if content.startswith(tiff.SIGNATURES):
         check_directories(content, name, tiff.DIRECTORIES_LIMIT)
     noted = read_exif(content)
@@ -353,20 +384,22 @@ def count_at_once(pixels: int, free_bytes: int) -> int:
 class ReadAhead:
     """Reads `paths` in order, with the options of `read_photograph`; to be closed, which stops the decoders.
 
-    The first is read alone, because nothing else tells how large they are.
+    The first is read alone, because nothing else tells how large they are. The pixels of photographs lie in memory that
+    others have left, as far as they have.
     """
 
     def __init__(self, paths: Sequence[Path], **options: Any) -> None:
         self._paths: Iterator[Path] = iter(paths)
         self._options = options
         self._readings: deque[Reading] = deque()
+        self._memory = ReusedMemory() if find_results_folder() is None else None
         self._at_once = 0  # not known yet
         self._start(1)
 
     def _start(self, count: int) -> None:
         """Have `count` photographs decoded, if so many are left."""
         while len(self._readings) < count and (path := next(self._paths, None)) is not None:
-            self._readings.append(Reading(path, **self._options))
+            self._readings.append(Reading(path, **self._options, memory=self._memory))
 
     def next_photograph(self, done: float, note: str) -> Steps[Photograph]:
         """The next photograph; while it is waited for there are steps that say `done` and `note`."""
@@ -387,3 +420,5 @@ class ReadAhead:
         for reading in self._readings:
             reading.close()
         self._readings.clear()
+        if self._memory is not None:
+            self._memory.close()

@@ -69,6 +69,11 @@ def white_balance(multipliers: Sequence[float]) -> NDArray[np.float64] | None:
     return balanced if balanced.max() <= 100 and balanced.min() >= 0.01 else None
 
 
+def balance_matrix(camera: NDArray[np.float64], multipliers: NDArray[np.float64]) -> NDArray[np.float32]:
+    """The matrix (3, 3) that balances colours of the camera by `multipliers` (3,) and takes them to linear sRGB."""
+    return np.asarray((camera * multipliers).astype(np.float32))
+
+
 def mean_radiance(image: NDArray[np.float32]) -> float:
     """Mean luminance of a linear image (H, W, 3), accumulated in float64, a block of rows at a time."""
     total = np.zeros(3)

@@ -18,11 +18,11 @@ import tifffile
 from numpy.typing import NDArray
 
 from engine.capture.photograph import demosaic, radiometry
-from engine.capture.photograph.bayer import develop, is_bayer
+from engine.capture.photograph.bayer import Mosaic, is_bayer, turn_back
 from engine.core.colour import invertible, srgb_from_camera
 from engine.core.errors import InputError, UsageError
 from engine.images.decode import halve_image
-from engine.images.exif import EXPOSURE_GARBLED, Exif, orient, rational, read_exif
+from engine.images.exif import EXPOSURE_GARBLED, Exif, rational, read_exif
 from engine.images.raster import check_size
 from engine.images.tiff import RAW_PHOTOMETRICS, check_segments, check_tags
 from engine.images.tiff_directories import check_directories
@@ -34,9 +34,6 @@ WhiteBalance = str | Sequence[float]
 
 #: EXIF orientation of LibRaw's `flip` bits (4 transpose, 2 rows, 1 columns).
 _ORIENTATION = (1, 2, 4, 3, 5, 8, 6, 7)
-
-#: The orientation that undoes another, where that is not itself.
-_INVERSE = {6: 8, 8: 6}
 
 _MIN_SIDE = 4
 
@@ -53,26 +50,36 @@ _CONVERT = "Convert it to DNG, for example with Adobe DNG Converter"
 logging.getLogger("tifffile").setLevel(logging.CRITICAL)
 
 
-def decode_raw(content: bytes, name: str, white_balance: WhiteBalance, half_size: bool) -> dict[str, Any]:
-    """Fields of `engine.capture.photograph.decode.Photograph` as arrays and JSON values."""
-    with _unpack(content, name) as raw:
-        warnings: list[str] = []
-        samples, sites = _samples(raw, name)
-        black, white = _levels(raw, sites)
-        _check_filled(samples, black, white, name)
-        multipliers = _multipliers(raw, white_balance, warnings)
-        camera, matrix_source = _matrix(raw, warnings)
-        matrix = (camera * multipliers).astype(np.float32)
-        colours = None if samples.ndim == 3 else _colours(raw, sites, name)
-        try:
-            pixels = _develop(samples, black, white, colours, matrix, _ORIENTATION[raw.sizes.flip % 8])
-        except UsageError as error:
-            raise InputError(name, f"has impossible levels ({error})", "Convert it again to DNG") from None
-        radiance, saturated = halve_image(*pixels) if half_size else pixels
-        exposure = _exposure(raw, read_exif(content), warnings)
+def decode_raw(
+    content: bytes, name: str, white_balance: WhiteBalance, half_size: bool, codes_alone: bool
+) -> dict[str, Any]:
+    """Fields of `engine.capture.photograph.decode.Photograph` as arrays and JSON values, and the `shape` of its pixels.
+
+    With `codes_alone` a Bayer mosaic that is not halved comes as it is, with its `colours` and the `turn` that makes it
+    upright.
+    """
+    raw = _unpack(content, name)  # which holds the samples until the last view of them has gone
+    warnings: list[str] = []
+    samples, sites = _samples(raw, name)
+    black, white = _levels(raw, sites)
+    _check_filled(samples, black, white, name)
+    multipliers = _multipliers(raw, white_balance, warnings)
+    camera, matrix_source = _matrix(raw, warnings)
+    colours = None if samples.ndim == 3 else _colours(raw, sites, name)
+    orientation = _ORIENTATION[raw.sizes.flip % 8]
+    try:
+        radiometry.level_scale(black, white)
+    except UsageError as error:
+        raise InputError(name, f"has impossible levels ({error})", "Convert it again to DNG") from None
+    matrix = radiometry.balance_matrix(camera, multipliers)
+    if colours is not None and is_bayer(colours):
+        mosaic = Mosaic(np.ascontiguousarray(samples), black, white, colours, matrix, orientation)
+        pixels = _keep_mosaic(mosaic) if codes_alone and not half_size else _develop(mosaic, half_size)
+    else:
+        pixels = _interpolate(samples, black, white, colours, matrix, orientation, half_size)
+    exposure = _exposure(raw, read_exif(content), warnings)
     return {
-        "radiance": radiance,
-        "saturated": saturated,
+        **pixels,
         **exposure,
         "black_level": black.ravel().tolist(),
         "white_level": white.ravel().tolist(),
@@ -145,25 +152,32 @@ def _samples(raw: rawpy.RawPy, name: str) -> tuple[NDArray[np.uint16], NDArray[n
     return samples, sites
 
 
-def _develop(
+def _keep_mosaic(mosaic: Mosaic) -> dict[str, Any]:
+    """The fields by which the parent makes it anew, besides those of every RAW file."""
+    colours = mosaic.colours.ravel().tolist()
+    return {"mosaic": mosaic.samples, "colours": colours, "turn": mosaic.orientation, "shape": mosaic.shape}
+
+
+def _develop(mosaic: Mosaic, half_size: bool) -> dict[str, Any]:
+    pixels = result_array((*mosaic.shape, 3), np.float32), result_array(mosaic.shape, np.bool_)
+    mosaic.develop_into(*pixels)
+    return _name_pixels(pixels, half_size)
+
+
+def _interpolate(
     samples: NDArray[np.uint16],
     black: NDArray[np.float64],
     white: NDArray[np.float64],
     colours: NDArray[np.integer] | None,
     matrix: NDArray[np.float32],
     orientation: int,
-) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Upright linear sRGB (H, W, 3) with 1 = white level and the saturation mask, where the parent reads them.
-
-    `colours` per site is None for `samples` of all colours. Raises UsageError for levels that are none.
-    """
+    half_size: bool,
+) -> dict[str, Any]:
+    """The same of other sensors; `colours` per site is None for `samples` of all colours."""
     shape = samples.shape[1::-1] if orientation >= 5 else samples.shape[:2]
-    upright = result_array((*shape, 3), np.float32), result_array(shape, np.bool_)
-    radiance, saturated = (orient(array, _INVERSE.get(orientation, orientation)) for array in upright)
-    scale = radiometry.level_scale(black, white)
-    if colours is not None and is_bayer(colours):
-        develop(samples, black, scale, white, colours, matrix, radiance, saturated)
-    elif colours is not None:
+    pixels = result_array((*shape, 3), np.float32), result_array(shape, np.bool_)
+    radiance, saturated = (turn_back(array, orientation) for array in pixels)
+    if colours is not None:
         camera = demosaic.demosaic(radiometry.linearise(samples, black, white), colours)
         np.matmul(camera, matrix.T, out=radiance)
         saturated[...] = demosaic.spread(radiometry.at_white(samples, white))
@@ -171,7 +185,12 @@ def _develop(
         channels = [radiometry.linearise(samples[..., c], black[0, c], white[0, c]) for c in range(3)]
         radiance[...] = np.stack(channels, axis=-1) @ matrix.T
         saturated[...] = (samples >= white).any(axis=2)
-    return upright
+    return _name_pixels(pixels, half_size)
+
+
+def _name_pixels(pixels: tuple[NDArray[np.float32], NDArray[np.bool_]], half_size: bool) -> dict[str, Any]:
+    radiance, saturated = halve_image(*pixels) if half_size else pixels
+    return {"radiance": radiance, "saturated": saturated, "shape": saturated.shape}
 
 
 def _levels(raw: rawpy.RawPy, sites: NDArray[np.integer]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -185,12 +204,12 @@ def _levels(raw: rawpy.RawPy, sites: NDArray[np.integer]) -> tuple[NDArray[np.fl
     return black[sites], white[sites]
 
 
-def _colours(raw: rawpy.RawPy, sites: NDArray[np.integer], name: str) -> NDArray[np.integer]:
+def _colours(raw: rawpy.RawPy, sites: NDArray[np.integer], name: str) -> NDArray[np.int64]:
     """0, 1, 2 for red, green, blue per site."""
     letters = raw.color_desc.decode("ascii", "replace")
     if {letters[site] for site in sites.ravel()} != set("RGB"):
         raise InputError(name, f"has a sensor with the colours {letters}, not red, green and blue", _CONVERT)
-    return np.vectorize(lambda site: "RGB".index(letters[site]))(sites)
+    return np.asarray(np.vectorize(lambda site: "RGB".index(letters[site]))(sites), np.int64)
 
 
 def _check_filled(

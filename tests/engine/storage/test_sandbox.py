@@ -168,7 +168,7 @@ def test_a_decoder_reaches_nothing_but_its_file(
         assert [what for what, reached in found[part].items() if reached] == []
     if protection.hidden:
         assert [what for what, reached in found["asking"].items() if reached] == []
-    assert set(found["environment"]) <= {*untrusted._KEPT, *untrusted._ONE_THREAD, "LC_CTYPE"}
+    assert set(found["environment"]) <= {*untrusted._KEPT, *untrusted._ONE_THREAD, *untrusted._LARGE_PAGES, "LC_CTYPE"}
     assert found["installation"] > 1000
     assert found["length"] == 7
     assert len(found["descriptors"]) <= 6, "three streams, the pipe of replies, the socket and the results"

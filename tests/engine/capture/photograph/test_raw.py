@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from engine.capture.photograph.decode import read_photograph
+from engine.capture.photograph.decode import decode_photograph, read_photograph
+from engine.capture.photograph.exposures import Noted, read_noted_exposure
 from engine.core.errors import InputError
+from engine.simulate.camera import Levels, dng_bytes
+from engine.storage import untrusted
 
 RNG = np.random.default_rng(31)
 
@@ -130,6 +133,51 @@ def test_R11_orientation_of_raw(read: Callable[..., Any], orientation: int) -> N
         8: np.rot90(upright),
     }[orientation]
     assert np.array_equal(read(mosaic, orientation=orientation).radiance, expected)
+
+
+@pytest.mark.parametrize("orientation", [1, 6])
+def test_pixels_of_an_answered_mosaic_are_those_that_the_decoder_makes(
+    read: Callable[..., Any], dng: Any, orientation: int
+) -> None:
+    mosaic, properties = noise((64, 80)), {"orientation": orientation, "black": (60, 64, 66, 70)}
+    mosaic[20, 33] = 4095
+    expected = decode_photograph(dng(mosaic, **properties), "a.dng", "camera", "auto", False)
+    photograph = read(mosaic, **properties)
+    assert photograph.saturated.any()
+    assert np.array_equal(photograph.radiance.view(np.uint32), expected["radiance"].view(np.uint32))
+    assert np.array_equal(photograph.saturated, expected["saturated"])
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"mosaic": np.ones((2, 80), np.uint16)},
+        {"mosaic": np.ones((64, 80), np.float32)},
+        {"colours": [0, 1, 1, 7]},
+        {"colours": [0, 1, 1]},
+        {"turn": 9},
+        {"white_level": [50.0] * 4},
+        {"white_balance": [1.0, 1.0]},
+        {"camera_matrix": None},
+        {"radiance": np.ones((64, 80, 3), np.float32), "mosaic": None},
+    ],
+)
+def test_fault18_an_answer_that_is_no_mosaic_is_refused(
+    read: Callable[..., Any], dng: Any, monkeypatch: pytest.MonkeyPatch, change: dict[str, Any]
+) -> None:
+    mosaic = noise()
+    reply = decode_photograph(dng(mosaic), "a.dng", "camera", "auto", False, codes_alone=True)
+    monkeypatch.setattr(untrusted, "decode_in_child", lambda *_, **__: {**reply, **change})
+    with pytest.raises(InputError, match="invalid response"):
+        read(mosaic)
+
+
+def test_an_exposure_is_found_behind_the_samples(tmp_path: Path) -> None:
+    path = tmp_path / "a.dng"
+    path.write_bytes(dng_bytes(noise((600, 1000)), Levels(black=((64,) * 2,) * 2, white=4095), exposure_s=1 / 60))
+    noted = read_noted_exposure(path)
+    assert noted == Noted(noted.exposure_s, 100.0, 8.0)
+    assert noted.exposure_s == pytest.approx(1 / 60, rel=1e-5)
 
 
 @pytest.mark.parametrize("matrix", [np.zeros((3, 3)), np.ones((3, 3)), np.diag([1, 1, 0])])
