@@ -49,6 +49,7 @@ from engine.capture.calibration.separation import gain_text
 from engine.capture.calibration.transfer import check_transfer
 from engine.capture.coded_pixels import Curve, Decoding, FallOff
 from engine.capture.decoded import Kept, find_kept
+from engine.capture.detail import about_detail
 from engine.capture.doubts import check_angles, without_empty, without_unreadable
 from engine.capture.empty import empty
 from engine.capture.file_facts import decide_files
@@ -82,6 +83,7 @@ from engine.capture.registration.polarised_shift import decide_shifts, measure_s
 from engine.capture.registration.texture import Grey, reduction
 from engine.capture.registration.warp import Region, move_points, sample_points
 from engine.capture.report import (
+    grain,
     grid_step,
     leave_one_out,
     noise_beside_grain,
@@ -126,7 +128,7 @@ class _Read:
     sizes: list[tuple[int, int]] = field(default_factory=list)
     photographs: list[tuple[Photograph, ...]] = field(default_factory=list)
     noise_and_sharpness: list[tuple[float, float]] = field(default_factory=list)
-    grains: list[NDArray[np.float32]] = field(default_factory=list)
+    windows: list[NDArray[np.float32]] = field(default_factory=list)
     thumbnails: list[NDArray[np.float32]] = field(default_factory=list)
     clipped: list[NDArray[np.float32]] = field(default_factory=list)
     greys: list[Grey] = field(default_factory=list)
@@ -273,6 +275,7 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: Output) -> St
     azimuths = compare_azimuths(grid, mean_radiance, sources.azimuth)
     findings = [*sources.findings, *plan.scale.findings, *contradictions(read.photographs)]
     findings += [*([azimuths.finding()] if azimuths else []), *about_gamut(space, gamut)]
+    findings += [] if alignment.aligned.any() else about_detail(read.windows)
     health = Health(findings=(*findings, *alignment.findings)).merge(
         report(names, mean_radiance, quality, sources.azimuth)
     )
@@ -367,9 +370,10 @@ def _read_all(plan: Plan, place: Path, files: ExitStack) -> Steps[_Read]:
                 yield from part(_keep(plan, read, photograph, crossed, place, files), (start + stop) / 2, stop)
                 del photograph, crossed
                 yield Step(stop, *_say_ready(plan, index, read))
-    sizes = {len(each) for each in read.grains}
-    comparable = len(sizes) == 1 and 0 not in sizes and len(read.grains) > 1
-    beside_grain = noise_beside_grain(read.grains) if comparable else [math.inf] * len(read.grains)
+    grains = [grain(window) for window in read.windows]
+    sizes = {len(each) for each in grains}
+    comparable = len(sizes) == 1 and 0 not in sizes and len(grains) > 1
+    beside_grain = noise_beside_grain(grains) if comparable else [math.inf] * len(grains)
     read.noise_and_sharpness = [
         (min(noise, own), sharpness)
         for (noise, sharpness), own in zip(read.noise_and_sharpness, beside_grain, strict=True)
@@ -576,7 +580,7 @@ def _without_pixels(photograph: Photograph, exposure_s: float | None) -> Photogr
 def _add_noted(read: _Read, noted: Noted) -> None:
     """Keep the small things."""
     read.noise_and_sharpness.append(noted.noise_and_sharpness)
-    read.grains.append(noted.grain)
+    read.windows.append(noted.window)
     read.thumbnails.append(noted.thumbnail)
     read.clipped.append(noted.clipped)
     if noted.grey is not None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.registration.texture import Grey, reduce, reduction
-from engine.capture.report import grain, middle, noise_and_sharpness
+from engine.capture.report import middle, noise_and_sharpness, window_of
 from engine.core.colour import LUMINANCE
 
 _THUMBNAIL_SIDE = 256
@@ -25,13 +25,14 @@ class Noted:
 
     Attributes
     ----------
-    noise_and_sharpness, grain : those of its middle (`engine.capture.report`).
+    noise_and_sharpness : those of its middle (`engine.capture.report`).
+    window : (h, w) luminance of the middle, where noise is told from detail.
     thumbnail, clipped : (h, w, 3) linear light and (h, w) share of clipped pixels, at most 256 pixels a side.
     grey : luminance at the size at which photographs are compared, None where nothing is aligned.
     """
 
     noise_and_sharpness: tuple[float, float]
-    grain: NDArray[np.float32]
+    window: NDArray[np.float32]
     thumbnail: NDArray[np.float32]
     clipped: NDArray[np.float32]
     grey: Grey | None
@@ -41,7 +42,7 @@ def note(radiance: NDArray[np.float32], saturated: NDArray[np.bool_], *, with_gr
     """Note the small things of a photograph with this radiance (H, W, 3), `saturated` (H, W)."""
     luminance = luminance_of(middle(radiance))
     grey = reduce_luminance(radiance) if with_grey else None
-    return Noted(noise_and_sharpness(luminance), grain(luminance), small(radiance), small(saturated), grey)
+    return Noted(noise_and_sharpness(luminance), window_of(luminance), small(radiance), small(saturated), grey)
 
 
 def luminance_of(radiance: NDArray[np.float32]) -> Grey:

@@ -27,7 +27,7 @@ _WINDOW = 1024
 
 #: Side of the square in which noise is told from the grain of the material, photographs that tell the grain of one,
 #: and independent images that grain has under all lights: those of three lights, as far as it is matte.
-_GRAIN_SIDE, _OTHERS, _GRAINS = 160, 16, 3
+_WINDOW_SIDE, _OTHERS, _GRAINS = 160, 16, 3
 
 _SECOND_DIFFERENCES = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32)
 _GRID_PIXELS = 65_536
@@ -78,14 +78,18 @@ def _deviation(detail: NDArray[np.floating[Any]]) -> float:
     return float(np.median(np.abs(detail))) / (6.0 * 0.6745)
 
 
-def grain(luminance: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The second differences in the middle of (H, W) luminance: grain of the material, and noise; flat."""
+def window_of(luminance: NDArray[np.float32]) -> NDArray[np.float32]:
+    """A copy of the middle (h, w) of (H, W) luminance, at most 160 pixels a side."""
+    height, width = luminance.shape
+    side = min(_WINDOW_SIDE, height, width)
+    top, left = (height - side) // 2, (width - side) // 2
+    return luminance[top : top + side, left : left + side].copy()
+
+
+def grain(window: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The second differences of (h, w) luminance: grain of the material, and noise; flat."""
     import cv2
 
-    height, width = luminance.shape
-    side = min(_GRAIN_SIDE, height, width)
-    top, left = (height - side) // 2, (width - side) // 2
-    window = np.ascontiguousarray(luminance[top : top + side, left : left + side])
     return cv2.filter2D(window, cv2.CV_32F, _SECOND_DIFFERENCES)[1:-1, 1:-1].ravel()
 
 

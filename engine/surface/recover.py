@@ -120,8 +120,10 @@ def check_white(white: float | None, name: str) -> None:
     if not 1e-6 <= white <= 1e6:
         raise UsageError(f"{name} {white} is not a positive radiance")
     if white in _LEVELS:
-        share = "1, or its share of that where the reference is darker"
-        raise UsageError(f"{name} {white:g} seems to be an 8- or 16-bit level; the white level is {share}")
+        raise UsageError(
+            f"{name} {white:g} seems to be an 8- or 16-bit level; the white level is 1, or its share of that where the "
+            "reference is darker"
+        )
 
 
 def recover(

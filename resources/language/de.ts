@@ -11804,6 +11804,10 @@ Elevation %2°, Azimut %3°</translation>
    <translation>Neutral 3,5</translation>
   </message>
   <message>
+   <source>No photograph shows detail of less than %1 pixels: the sample is smooth there, or all are out of focus; stated errors do not count detail that is not seen</source>
+   <translation>Kein Foto zeigt Details unter %1 Pixeln: Die Probe ist dort glatt, oder alle sind unscharf; angegebene Fehler zählen keine Details mit, die nicht zu sehen sind</translation>
+  </message>
+  <message>
    <source>unknown part %1 of the light; choose from %2</source>
    <translation>unbekannter Anteil %1 des Lichts; möglich: %2</translation>
   </message>
@@ -15598,6 +15602,14 @@ Elevation %2°, Azimut %3°</translation>
   <message>
    <source>base colours are kept in %1; %2 in images and in exports that hold Rec.709 alone</source>
    <translation>Grundfarben werden in %1 gehalten; %2 in Bildern und in Exporten, die nur Rec.709 enthalten</translation>
+  </message>
+  <message>
+   <source>%1 %2 is not a positive radiance</source>
+   <translation>%1 %2 ist keine positive Strahldichte</translation>
+  </message>
+  <message>
+   <source>%1 %2 seems to be an 8- or 16-bit level; the white level is 1, or its share of that where the reference is darker</source>
+   <translation>%1 %2 scheint ein Wert von 8 oder 16 Bit zu sein; der Weißwert ist 1, oder sein Anteil daran, wo die Referenz dunkler ist</translation>
   </message>
   <message>
    <source>estimating errors of the rig</source>
