@@ -1,7 +1,7 @@
 """Bakes on a cluster: memory by its growth with the vertices of the model, and how far prices of a plan are off.
 
-For memory a relief of each size is baked by `lightarc bake --mode gaussian --cluster` on a cluster of one worker on
-this machine, each a process of its own, whose memory is sampled ten times a second (`large_memory.memory_of`), that of
+For memory a relief of each size is baked by `lightarc bake --cluster` in each mode on a cluster of one worker on this
+machine, each a process of its own, whose memory is sampled ten times a second (`large_memory.memory_of`), that of
 mapped files apart. Arrays that large bakes keep in unnamed files are kept there from the first byte, and memory that
 arrays have left goes back to the system at once, as that of arrays of millions of vertices does. The relief is open, so
 that its back is baked as well: twice as many vertices as the model has. Directions are few, and the cube map has half
@@ -47,11 +47,13 @@ VERTICES, LARGEST, LIMIT_BYTES = (2_000, 5_000, 10_000, 20_000), 2_000_000, 8 * 
 #: Vertices whose fits are priced, seconds of all of these, and workers.
 PRICED, PRICED_S, PRICED_WORKERS = 20_000, 40.0, (2, 4)
 
-#: Options of the bakes.
-WORDS = (
-    *("--mode", "gaussian", "--brdf", "ggx:kd=0.3,alpha=0.3,f0=0.2", "--samples", "32", "--cube", "32", "--fine", "1"),
-    "--no-check",
-)
+#: Options of the bakes, and those of each mode: with bounces where they are cheap.
+WORDS = ("--brdf", "ggx:kd=0.3,alpha=0.3,f0=0.2", "--fine", "1", "--no-check")
+WORDS_OF = {
+    "sh": ("--cube", "8", "--interreflection"),
+    "wavelet": ("--cube", "16", "--interreflection"),
+    "gaussian": ("--cube", "32", "--samples", "32"),
+}
 
 #: The command line, with no array too small for a file.
 _COMMAND = "import sys, engine.storage.scratch as s; s.IN_MEMORY_BYTES = 0; from app.__main__ import main; main()"
@@ -80,19 +82,25 @@ class Peak(NamedTuple):
     time_s: float
 
 
-def cluster_memory(folder: Path, vertices: Sequence[int] = VERTICES) -> Steps[list[Accuracy]]:
+def cluster_memory(
+    folder: Path, vertices: Sequence[int] = VERTICES, modes: Sequence[str] = tuple(WORDS_OF)
+) -> Steps[list[Accuracy]]:
     """Peaks of the worker and of the process that writes, and what both come to at `LARGEST` vertices, in GiB.
 
     The line through the peaks is taken to go on: nothing of a bake grows faster than the vertices.
     """
-    sizes, peaks = yield from _find_peaks(folder, vertices, _COMMAND)
-    return [_find(who, sizes, peaks) for who in ("worker", "client")]
+    found = list[Accuracy]()
+    for index, mode in enumerate(modes):
+        steps = _find_peaks(folder, vertices, _COMMAND, mode)
+        sizes, peaks = yield from part(steps, index / len(modes), (index + 1) / len(modes))
+        found += [_find(who, mode, sizes, peaks) for who in ("worker", "client")]
+    return found
 
 
 def writer_memory(folder: Path, vertices: Sequence[int] = WRITTEN) -> Steps[list[Accuracy]]:
     """The same of the process that writes, with results of a worker that are made up."""
-    sizes, peaks = yield from _find_peaks(folder, vertices, _MADE_UP)
-    return [_find("client", sizes, peaks)]
+    sizes, peaks = yield from _find_peaks(folder, vertices, _MADE_UP, "gaussian")
+    return [_find("client", "gaussian", sizes, peaks)]
 
 
 def make_up(recipe: Recipe) -> Callable[[Any], Any]:
@@ -117,7 +125,7 @@ def make_up(recipe: Recipe) -> Callable[[Any], Any]:
     return lambda task: made[task[0]](*task[1])
 
 
-def _find_peaks(folder: Path, vertices: Sequence[int], command: str) -> Steps[tuple[list[int], list[Peak]]]:
+def _find_peaks(folder: Path, vertices: Sequence[int], command: str, mode: str) -> Steps[tuple[list[int], list[Peak]]]:
     distributed = load_distributed()
     if not Path("/proc/self/smaps_rollup").exists():
         raise MissingCapability("This system does not tell the memory of a process by kind", "Measure on Linux")
@@ -128,8 +136,9 @@ def _find_peaks(folder: Path, vertices: Sequence[int], command: str) -> Steps[tu
         with distributed.LocalCluster(
             n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
         ) as cluster:
-            words = [command, "bake", str(model), *WORDS, "--cluster", cluster.scheduler_address]
-            peaks.append((yield from _watch(words, folder, cluster, index / len(sizes), f"{count:,} vertices")))
+            words = [command, "bake", str(model), "--mode", mode, *WORDS, *WORDS_OF[mode]]
+            words += ["--cluster", cluster.scheduler_address]
+            peaks.append((yield from _watch(words, folder, cluster, index / len(sizes), f"{mode}, {count:,} vertices")))
     return sizes, peaks
 
 
@@ -233,7 +242,7 @@ def _watch(words: Sequence[str], folder: Path, cluster: Any, done: float, note: 
     return Peak(worker, most, files, time.monotonic() - start)
 
 
-def _find(who: str, sizes: Sequence[int], peaks: Sequence[Peak]) -> Accuracy:
+def _find(who: str, mode: str, sizes: Sequence[int], peaks: Sequence[Peak]) -> Accuracy:
     found = [getattr(peak, f"{who}_bytes") for peak in peaks]
     slope, base = np.polyfit(sizes, found, 1) if len(sizes) > 1 else (0.0, float(found[0]))
     table = "; ".join(
@@ -241,13 +250,17 @@ def _find(who: str, sizes: Sequence[int], peaks: Sequence[Peak]) -> Accuracy:
         for size, each, peak in zip(sizes, found, peaks, strict=True)
     )
     words = {"worker": "a worker", "client": "the process that writes, without mapped files,"}
-    what = f"GiB of {words[who]} at {LARGEST:,} vertices, and their backs, by a line of {slope:,.0f} bytes a vertex; "
-    what += table
+    both = float(base + slope * LARGEST) / 2**30
+    what = f"{mode}: GiB of {words[who]} at {LARGEST:,} vertices by a line of {slope / 2:,.0f} bytes for each that is "
+    what += f"baked, {both:.1f} where their backs are, too; {table}"
     more = {
         "vertices": list(sizes),
         "peak_bytes": found,
         "time_s": [peak.time_s for peak in peaks],
-        "slope_bytes_per_vertex": float(slope),
+        "slope_bytes_per_baked_vertex": float(slope) / 2,
+        "with_backs_bytes": both * 2**30,
         **({"mapped_file_bytes": [peak.client_file_bytes for peak in peaks]} if who == "client" else {}),
     }
-    return Accuracy(f"cluster-memory-{who}", float(base + slope * LARGEST) / 2**30, what, LIMIT_BYTES / 2**30, more)
+    return Accuracy(
+        f"cluster-memory-{mode}-{who}", float(base + slope * LARGEST / 2) / 2**30, what, LIMIT_BYTES / 2**30, more
+    )

@@ -115,7 +115,9 @@ def open_workers(by: Callable[[Any], Any] | Remote) -> Iterator[Run]:
         return
     with connect(by.address, "Baking") as client:
         token = uuid.uuid4().hex
-        held = client.submit(dict, by.recipe, key=f"lightarc-recipe-{token}")
+        # a mapped array is copied to be sent, unless it is one as any other
+        recipe = {name: np.asarray(each) if isinstance(each, np.memmap) else each for name, each in by.recipe.items()}
+        held = client.submit(dict, recipe, key=f"lightarc-recipe-{token}")
         try:
             yield partial(_run_there, client, by, token, held)
         finally:

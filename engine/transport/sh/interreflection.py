@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from engine.core.directions import Vectors
 from engine.core.steps import Step, Steps
 from engine.geometry.ray_caster import RayCaster, meets_front
+from engine.storage.scratch import scratch_array
 from engine.transport.baking import visibility_kernel
 from engine.transport.baking.chunks import Recipe, Remote, each_of, open_workers
 from engine.transport.baking.visibility import Receivers
@@ -59,17 +60,18 @@ def reflections(
     given (`engine.transport.baking.chunks`).
     """
     shape = (*albedo.shape, around.order**2)
-    latest, total = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+    latest, total = None, scratch_array(shape, np.float32)
     for bounce in range(rounds):
-        arriving, sent, done = np.empty(shape, np.float32), latest if bounce else None, 0
-        by = Remote(cluster, maker, _recipe_of(around, sent)) if cluster else partial(receive, around, sent)
+        arriving, done = scratch_array(shape, np.float32), 0
+        by = Remote(cluster, maker, _recipe_of(around, latest)) if cluster else partial(receive, around, latest)
         parts = (np.arange(start, stop) for start, stop in pairwise(bounds))
         with open_workers(by) as run, closing(each_of(run, parts)) as found:
             for vertices, light in found:
                 arriving[vertices], done = light, done + len(vertices)
                 yield Step((bounce + done / len(albedo)) / rounds, f"following bounce {bounce + 1} of {rounds}")
-        latest = arriving * albedo[..., None]
-        total += latest
+        arriving *= albedo[..., None]
+        total += arriving
+        latest = arriving
     return total
 
 
