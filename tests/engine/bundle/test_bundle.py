@@ -32,11 +32,13 @@ from engine.core.steps import drain
 from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.scene.material import Material
+from engine.shading.directional.planes import fit
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
-from engine.storage import archive, atomic, records
+from engine.storage import archive, atomic, records, scratch, spilling
 from engine.storage.records import TABLE
 from tests.engine.brdf.readers.test_table_file import make_holed_table
+from tests.engine.domes import dome
 
 PLAIN = MEMBERS - DIRECTIONAL - {PBR, MASK, "power_law_exponent.png", "power_law_kept_tiles.exr", TABLE}
 PNG = b"\x89PNG\r\n\x1a\nnot looked into"
@@ -509,3 +511,20 @@ def test_fault_14_a_folder_that_may_not_be_written(tmp_path: Path, monkeypatch: 
         with pytest.raises(OutputError, match="not permitted"):
             save(tmp_path / name, make_material())
     assert names(tmp_path) == []
+
+
+@pytest.mark.skipif(not spilling.is_possible(scratch.temporary_folder()), reason="arrays stay in memory on this system")
+def test_a_limit_of_memory_changes_no_byte(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stack = dome(height=16, width=24)
+
+    def make(name: str) -> bytes:
+        planes = drain(fit(stack, np.arange(len(stack.sources))))
+        drain(save_bundle(tmp_path / name, Material(None, None, brdf="lambert:albedo=0.5", directional=planes)))
+        return (tmp_path / name).read_bytes()
+
+    plain = make("plain.lightarc")
+    monkeypatch.setattr(spilling, "MIN_BYTES", 1 << 12)
+    with spilling.spill_arrays(1 << 20):
+        held = np.ones(1 << 14)
+        assert spilling.count_spilled_bytes() >= held.nbytes
+        assert make("limited.lightarc") == plain

@@ -58,6 +58,33 @@ def test_an_array_keeps_its_content_as_it_grows_out_of_memory_and_shrinks() -> N
         assert np.fromiter((float(each) for each in range(300_000)), np.float64).sum() == 299_999 * 150_000
 
 
+def test_files_of_arrays_that_are_gone_serve_the_next_ones() -> None:
+    with spill_arrays(16 * LIMIT):
+        spilling._table[0] = 0  # no room in memory, which is noted again every `LOOK_S`
+        values = np.full(1 << 20, 7.0)
+        place = values.ctypes.data
+        del values
+        again = [np.empty(1 << 20), np.empty(1 << 20)]
+        assert again[0].ctypes.data == place != again[1].ctypes.data
+        del again
+        zeros = [np.zeros(1 << 20) for _ in range(2)]
+        assert not any(each.any() for each in zeros)
+        assert place in (each.ctypes.data for each in zeros)
+        del zeros
+        assert np.ones(1 << 19).sum() == 1 << 19
+        assert _count_spare() > 0
+    assert _count_spare() == 0
+    with spill_arrays(LIMIT):
+        for size in range(1 << 18, 1 << 19, 1 << 15):
+            np.ones(size)
+        assert _count_spare() <= spilling.SPARE_PART * LIMIT
+
+
+def _count_spare() -> int:
+    rows = np.ctypeslib.as_array(spilling._table).reshape(-1, 3)[2:]
+    return int(rows[(rows[:, 0] != 0) & (rows[:, 2] == spilling._SPARE), 1].sum())
+
+
 def test_threads_that_do_not_ask_for_it_keep_their_arrays_in_memory() -> None:
     before = count_spilled_bytes()
     with spill_arrays(LIMIT), ThreadPoolExecutor(1) as pool:
