@@ -10,7 +10,6 @@ as their files hold when unpacked, 3 of 8 bits.
 from __future__ import annotations
 
 import math
-import zlib
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
@@ -32,7 +31,7 @@ from engine.capture.waiting import CodedPixels, Pixels, WaitingLight
 from engine.core.steps import Step, Steps
 from engine.images.codes import Coded
 from engine.storage.atomic import atomic_file, require_space, synchronise
-from engine.storage.crc32 import join_crc32
+from engine.storage.crc32 import extend_crc32, join_crc32
 from engine.storage.file_array import FileArray, Plane
 from engine.storage.scratch import release
 
@@ -254,7 +253,7 @@ class Output:
     def _write(self, parts: dict[str, NDArray[Any]], crc32: dict[str, int]) -> None:
         for name, pixels in parts.items():
             self._files[name].write(pixels.data)
-            crc32[name] = zlib.crc32(pixels.data, crc32[name])
+            crc32[name] = extend_crc32(crc32[name], pixels.data)
 
     def synchronise(self) -> None:
         """Begin to flush what has been written to the disk, beside other work."""

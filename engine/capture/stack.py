@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 import os
 import stat
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -33,7 +32,7 @@ from engine.core.colour import REC_709, WORKING_SPACES, WorkingSpace, to_display
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.summary import Summary
-from engine.storage.crc32 import join_crc32
+from engine.storage.crc32 import extend_crc32, join_crc32
 from engine.storage.file_array import FileArray
 from engine.storage.untrusted import read_bytes
 
@@ -279,7 +278,7 @@ def _checksum(file: BinaryIO) -> int:
     """CRC-32 of the rest of a file."""
     checksum = 0
     while part := file.read(_PART_BYTES):
-        checksum = zlib.crc32(part, checksum)
+        checksum = extend_crc32(checksum, part)
     return checksum
 
 

@@ -14,8 +14,8 @@ import imagecodecs
 _POLYNOMIAL, _ONE, _BYTE = 0xEDB88320, 1 << 31, 1 << 23
 
 
-def crc32(content: memoryview, before: int = 0) -> int:
-    """The CRC-32 of `content` after something whose CRC-32 is `before`; it takes 0.02 s for a gigabyte."""
+def extend_crc32(before: int, content: memoryview | bytes) -> int:
+    """The CRC-32 of `content` after something whose CRC-32 is `before`, 0 for nothing; 0.02 s for a gigabyte."""
     return int(imagecodecs.deflate_crc32(cast(bytes, content), before))
 
 
