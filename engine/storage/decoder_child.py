@@ -59,7 +59,7 @@ _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _OF_THE_SYSTEM = (*_NO_ROOM, errno.EIO, errno.ENXIO, errno.EBADF, errno.ESTALE, errno.ETIMEDOUT)
 
 #: Seconds for which the memory of one file is kept for the next, and numbers of glibc's `mallopt`.
-_WAIT_S, _TRIM_THRESHOLD, _MMAP_MAX = 0.5, -1, -4
+_WAIT_S, _TRIM_THRESHOLD, _MMAP_MAX = 3.0, -1, -4
 
 
 def main(handed: int | None, module: str, outside: str, folder: str) -> None:
@@ -112,6 +112,7 @@ def _serve(
     protection: Protection,
 ) -> None:
     """Answer one request; the empty line before the answer says that it has arrived whole."""
+    _keep_memory(not request["on_disk"])
     count = request["descriptors"]
     handed = socket.recv_fds(descriptors, 1, count)[1] if descriptors is not None and count else []
     results_file = handed.pop() if request["shared"] else None
@@ -130,7 +131,6 @@ def _serve(
         replies.write(b"\n")
         replies.flush()
         _limit_memory(request["memory_bytes"])
-        _keep_memory(not request["on_disk"])
         _limit_time(request["patience_s"])
         with results_in(results_file, request["on_disk"]) as results:
             answer = _refusal(unreadable) if unreadable else _answer(request, contents, results, scratch)
