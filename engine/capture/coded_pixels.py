@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -31,8 +32,9 @@ from engine.storage.file_array import FileArray, Piece
 if TYPE_CHECKING:
     from engine.capture.calibration.correction import Correction
 
-#: Pixels that are decoded at once by one thread, and from which on there are several threads.
-_PART_PIXELS, _FEW_PIXELS = 1 << 18, 1 << 16
+#: Pixels that are decoded at once by one thread, and up to which there is no other, since those who read as few do so
+#: on several threads themselves.
+_PART_PIXELS, _FEW_PIXELS = 1 << 18, 1 << 20
 
 _Codes = NDArray[np.unsignedinteger]
 
@@ -124,7 +126,10 @@ def decode_rows(
 
 def find_saturated(codes: _Codes, white: int, into: NDArray[np.bool_]) -> None:
     """Fill `into` (rows, W) with where any of `codes` (rows, W, 1 or 3) is `white` or above."""
-    _find_full(_plain(codes), white, into)
+    if white > np.iinfo(codes.dtype).max:
+        into[...] = False
+        return
+    _find_full(_plain(codes), codes.dtype.type(white), into)
 
 
 def _plain(codes: _Codes) -> _Codes:
@@ -182,14 +187,13 @@ def _decode(
 
 
 @scalar
-def _find_full(codes: np.ndarray, white: int, saturated: np.ndarray) -> None:
+def _find_full(codes: np.ndarray, white: np.unsignedinteger, saturated: np.ndarray) -> None:
     """Bound by memory."""
+    second, third = min(1, codes.shape[2] - 1), codes.shape[2] - 1
     for row in range(codes.shape[0]):
         for column in range(codes.shape[1]):
-            full = False
-            for channel in range(codes.shape[2]):
-                full = full or codes[row, column, channel] >= white
-            saturated[row, column] = full
+            largest = max(codes[row, column, 0], codes[row, column, second], codes[row, column, third])
+            saturated[row, column] = largest >= white
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,25 +228,22 @@ class CodedArray(FileArray):
             for at in range(0, len(into), rows)
         ]
         many = sum(len(into) for _, _, into in parts) * width > _FEW_PIXELS and thread_count() > 1
-        if not many:
+        running: deque[Future[None]] = deque()
+        with ExitStack() as held:
+            read = held.enter_context(self.codes.reader())
+            threads = ThreadPoolExecutor(thread_count(), thread_name_prefix="decoding") if many else None
+            pool = held.enter_context(threads) if threads is not None else None
             for plane, first, into in parts:
-                self.decode(self._codes_of(plane, first, len(into)), plane, first, into)
-            return
-        with ThreadPoolExecutor(thread_count(), thread_name_prefix="decoding") as pool:
-            running: deque[Future[None]] = deque()
-            for plane, first, into in parts:
+                codes = np.empty((len(into), *self.codes.shape[2:]), self.codes.dtype)
+                read(codes, plane * height + first)
+                if pool is None:
+                    self.decode(codes, plane, first, into)
+                    continue
                 if len(running) > thread_count():
                     running.popleft().result()
-                codes = self._codes_of(plane, first, len(into))
                 running.append(pool.submit(self.decode, codes, plane, first, into))
             for each in running:
                 each.result()
-
-    def _codes_of(self, plane: int, first: int, count: int) -> _Codes:
-        assert self.codes is not None
-        found = np.empty((count, *self.codes.shape[2:]), self.codes.dtype)
-        self.codes.fill([(plane * self.shape[1] + first, found)])
-        return found
 
 
 @dataclass(frozen=True, eq=False)

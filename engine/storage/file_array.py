@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -100,9 +100,15 @@ class FileArray:
 
     def fill(self, pieces: Sequence[Piece]) -> None:
         """Fill arrays (rows, …) from rows on that are counted over all planes."""
-        with self._opened() as file:
+        with self.reader() as read:
             for row, into in pieces:
-                self._fill(file, into, row)
+                read(into, row)
+
+    @contextmanager
+    def reader(self) -> Iterator[Callable[[NDArray[Any], int], None]]:
+        """A function that fills an array from a row on, counted over all planes, while the file is open."""
+        with self._opened() as file:
+            yield lambda into, row: self._fill(file, into, row)
 
     @contextmanager
     def _opened(self) -> Iterator[BinaryIO]:
