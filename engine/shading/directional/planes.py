@@ -22,12 +22,14 @@ from engine.capture.stack import ImageStack
 from engine.core.cached import cached_property
 from engine.core.colour import srgb_decode
 from engine.core.directions import Vectors, surface_direction
+from engine.core.errors import OutputError
 from engine.core.side_by_side import side_by_side
 from engine.core.steps import Step, Steps, part
 from engine.shading.directional.effective_light import TILTS, TURNS, table_directions, weights_at
 from engine.shading.directional.interpolation import STATED, Kernel, best_kernel, weights
 from engine.shading.directional.minified import minify
 from engine.shading.directional.moments import Moments, moments, row_blocks, texels
+from engine.storage.scratch import release, scratch_array
 
 Array = NDArray[np.float64]
 
@@ -47,8 +49,8 @@ FOLDS = 64
 #: Codes of a plane.
 STEPS = 255
 
-#: Bytes of planes in single precision that are kept until their ranges are known.
-KEPT_BYTES = 256 << 20
+#: Bytes of planes in single precision that are kept, in memory or in a scratch file, until their ranges are known.
+KEPT_BYTES = 8 << 30
 
 #: The least sine of elevation at which light still shines: what is lower is dimmed as its cosine.
 LOWEST = 1e-3
@@ -277,15 +279,15 @@ def _project(
 ) -> Steps[tuple[NDArray[np.uint8], Array, Array, Array]]:
     """The planes in eight bits, their ranges, and the variance of their rounding.
 
-    The range of a plane is known after its last texel: values are kept until then where they fit in `KEPT_BYTES`, and
-    are else projected again, which reads the photographs once more. It is that of the texels of the object where the
-    stack shows it alone: the black ones around it come as near to black as the planes then can.
+    The range of a plane is known after its last texel: values are kept until then where they fit in `KEPT_BYTES` and on
+    the disk, and are else projected again, which reads the photographs once more. It is that of the texels of the
+    object where the stack shows it alone: the black ones around it come as near to black as the planes then can.
     """
     height, width = stack.radiance.shape[1:3]
     mask = object_mask(stack)
     inside = np.ones(height * width, np.bool_) if mask is None else mask.ravel()
     count = vectors.shape[1]
-    keeps, kept = 4 * count * height * width <= KEPT_BYTES, list[_Block]()
+    kept = _room_for_values(stack, count)
     low, high = np.full(count, np.inf), np.full(count, -np.inf)
     with closing(_blocks(stack, used, mean, vectors)) as blocks:
         for block in blocks:
@@ -294,19 +296,23 @@ def _project(
                 np.minimum(low, own.min(axis=1, initial=np.inf)),
                 np.maximum(high, own.max(axis=1, initial=-np.inf)),
             )
-            kept += [block] if keeps else []
-            yield Step(block.last / height * (0.9 if keeps else 0.5), "writing planes")
+            if kept is not None:
+                kept[:, block.first * width : block.last * width] = block.values
+                release(kept)
+            yield Step(block.last / height * (0.5 if kept is None else 0.9), "writing planes")
     step = (high - low) / STEPS
     step[step <= 0.0] = 1.0
     planes, noise = np.empty((count, height, width), np.uint8), np.zeros(count)
     narrow_low, narrow_step = (each.astype(np.float32)[:, None] for each in (low, step))
-    for block in kept or _blocks(stack, used, mean, vectors):
+    again = _blocks(stack, used, mean, vectors) if kept is None else _read_blocks(kept, height, width, len(used))
+    for block in again:
         values = (block.values - narrow_low) / narrow_step
         codes = np.clip(np.rint(values), 0.0, STEPS) if mask is not None else np.rint(values)
         planes[:, block.first : block.last] = codes.reshape(count, -1, width)
         rounded = (codes - values) ** 2 * inside[block.first * width : block.last * width]
         noise += rounded.sum(axis=1, dtype=np.float64)
-        yield Step(block.last / height if keeps else 0.5 + 0.5 * block.last / height, "writing planes")
+        start = 0.5 if kept is None else 0.9
+        yield Step(start + (1.0 - start) * block.last / height, "writing planes")
     return planes, low, step, noise * step**2 / int(inside.sum())
 
 
@@ -317,6 +323,24 @@ class _Block:
     first: int
     last: int
     values: NDArray[np.float32]
+
+
+def _room_for_values(stack: ImageStack, count: int) -> NDArray[np.float32] | None:
+    """An array (K, texels) for the values of `count` planes; None where they are too many."""
+    height, width = stack.radiance.shape[1:3]
+    if 4 * count * height * width > KEPT_BYTES:
+        return None
+    try:
+        return scratch_array((count, height * width), np.float32, stack.folder)
+    except OutputError:
+        return None
+
+
+def _read_blocks(kept: NDArray[np.float32], height: int, width: int, photographs: int) -> Generator[_Block]:
+    """The blocks of `_blocks`, as they were kept."""
+    for first, last in row_blocks(height, width, photographs):
+        yield _Block(first, last, kept[:, first * width : last * width])
+        release(kept)
 
 
 def _blocks(stack: ImageStack, used: NDArray[np.int64], mean: Array, vectors: Array) -> Generator[_Block]:
