@@ -228,7 +228,7 @@ OPTIONS = {
     "large-memory": ("megapixels", "photographs", "limit_bytes"),
     "cluster-bakes": ("scenes", "seed", "modes"),
     "cluster-memory": ("vertices", "modes"),
-    "cluster-memory-writer": ("vertices",),
+    "cluster-memory-writer": ("vertices", "modes"),
     "surface-sigma": ("scenes", "seed"),
     "fall-off": ("scenes", "seed"),
     "relighting": ("scenes", "seed", "data"),
@@ -260,21 +260,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=int,
         metavar="N",
         help="seed of batch, batch-captures, cancel and factors, or of the first run of window-soak, scene of "
-        "predictions, capture of relighting or material of factor-bounds, fits or surface-sigma; more count up",
+        "predictions, model of cluster-bakes, capture of relighting or material of factor-bounds, fits or "
+        "surface-sigma; more count up",
     )
     parser.add_argument(
         "--scenes",
         type=int,
         metavar="N",
-        help="scenes of predictions and bake-checks (10), captures of each kind of relighting (2), or materials of "
-        "surface-sigma (24)",
+        help="scenes of predictions and bake-checks (10), models of cluster-bakes (3), captures of each kind of "
+        "relighting (2), or materials of surface-sigma (24)",
     )
     parser.add_argument(
         "--modes",
         nargs="+",
         choices=("reference", "direct", *transport.names()),
         metavar="MODE",
-        help="modes that predictions draws in every scene that they can draw (all, but the dearest in one of six)",
+        help="modes that predictions draws in every scene that they can draw (all, but the dearest in one of six), or "
+        "that cluster-bakes, cluster-memory (sh wavelet gaussian) and cluster-memory-writer (gaussian) bake",
     )
     parser.add_argument(
         "--data",

@@ -36,7 +36,7 @@ from engine.core.steps import Step, Steps, part
 from engine.geometry.shapes import open_mesh
 from engine.planning.costs.sizes import LOBE_BYTES
 from engine.planning.costs.spread import ROUNDS, SERVICE_S, TASK_S, VARIES, Stage, schedule_s
-from engine.transport.baking.chunks import Recipe, Remote, Run, each_of, open_workers
+from engine.transport.baking.chunks import Chunk, Recipe, Remote, Run, each_of, open_workers
 from engine.transport.gaussian.fitting.fit import Fit, Piece, Waits, blocks, list_touching
 from engine.transport.gaussian.fitting.flood_fill import Flood, flood
 from engine.transport.gaussian.fitting.views import VIEWS
@@ -61,11 +61,14 @@ _COMMAND = "import sys, engine.storage.scratch as s; s.IN_MEMORY_BYTES = 0; from
 #: Arrays from which on the C library takes memory from the system for each, and gives it back.
 _MAPPED_BYTES = 1 << 17
 
-#: The same with tasks that are made up, of which no record is kept; vertices of the models without `--vertices`, and
-#: bytes of what a vertex sees.
+#: The same with tasks that are made up (`MADE_UP`), of which no record is kept; vertices of the models without
+#: `--vertices`, and bytes of what a vertex sees.
 _MADE_UP = (
-    "import benchmarks.app.cluster as c, engine.transport.gaussian.bake as b; b.maker = c.make_up; "
-    f"b.keep_visibility = lambda of, _kept: of; {_COMMAND}"
+    "import importlib, benchmarks.app.cluster as c\n"
+    "for name, make in c.MADE_UP.items(): importlib.import_module(name).maker = make\n"
+    "for mode in ('sh', 'wavelet', 'gaussian'):\n"
+    "    importlib.import_module(f'engine.transport.{mode}.bake').keep_visibility = lambda of, _kept: of\n"
+    f"{_COMMAND}"
 )
 WRITTEN, SEEN_BYTES = (5_000, 10_000, 20_000, 40_000), 450
 
@@ -97,10 +100,64 @@ def cluster_memory(
     return found
 
 
-def writer_memory(folder: Path, vertices: Sequence[int] = WRITTEN) -> Steps[list[Accuracy]]:
+def writer_memory(
+    folder: Path, vertices: Sequence[int] = WRITTEN, modes: Sequence[str] = ("gaussian",)
+) -> Steps[list[Accuracy]]:
     """The same of the process that writes, with results of a worker that are made up."""
-    sizes, peaks = yield from _find_peaks(folder, vertices, _MADE_UP, "gaussian")
-    return [_find("client", "gaussian", sizes, peaks)]
+    found = list[Accuracy]()
+    for index, mode in enumerate(modes):
+        steps = _find_peaks(folder, vertices, _MADE_UP, mode)
+        sizes, peaks = yield from part(steps, index / len(modes), (index + 1) / len(modes))
+        found.append(_find("client", mode, sizes, peaks))
+    return found
+
+
+def make_up_rows(recipe: Recipe) -> Callable[[Any], Chunk]:
+    """Maker of chunks of a bake in spherical harmonics that compute nothing."""
+    order, bounds = recipe["order"], recipe["bounds"]
+
+    def make(task: Any) -> Chunk:
+        count, on_model = int(np.diff(bounds[task[0] :][:2])[0]), bounds[task[0]] < recipe["ground_vertex"]
+        rows = count * (order**2 if on_model and not recipe["diffuse"] else 1)
+        return Chunk(task[0], {"rows": np.full((rows, recipe["channels"], order**2), 0.5, np.float32)}, 0.0)
+
+    return make
+
+
+def make_up_light(recipe: Recipe) -> Callable[[Any], Any]:
+    """Maker of bounces in spherical harmonics that compute nothing."""
+    return lambda vertices: (vertices, np.full((len(vertices), 1, recipe["order"] ** 2), 0.5, np.float32))
+
+
+def make_up_wavelets(recipe: Recipe) -> Callable[[Any], Chunk]:
+    """Maker of chunks of wavelets, full vectors, that compute nothing."""
+    bounds, terms = recipe["bounds"], len(recipe["light_maps"]) // recipe["kinds"]
+
+    def make(task: Any) -> Chunk:
+        count, on_model = int(np.diff(bounds[task[0] :][:2])[0]), bounds[task[0]] < recipe["ground_vertex"]
+        return Chunk(task[0], _make_up_vectors(count * (terms if on_model else 1), recipe["coefficients"]), 0.0)
+
+    return make
+
+
+def make_up_bounces(recipe: Recipe) -> Callable[[Any], Any]:
+    """Maker of bounces in wavelets that compute nothing."""
+    terms, width = recipe["factors"].terms // recipe["kinds"], max(1, recipe["coefficients"] // 2)
+
+    def make(task: Any) -> Any:
+        rows = len(task[0]) * (terms if task[0][0] < recipe["first"] else 1)
+        return task[0], _make_up_vectors(rows, width), _make_up_vectors(rows, width)
+
+    return make
+
+
+def _make_up_vectors(rows: int, width: int) -> dict[str, Any]:
+    return {
+        "indices": np.tile(np.arange(width, dtype=np.uint16), (rows, 1)),
+        "words": np.ones((rows, width), np.uint32),
+        "peaks": np.ones((rows, 3), np.float32),
+        "counts": np.full(rows, width, np.uint16),
+    }
 
 
 def make_up(recipe: Recipe) -> Callable[[Any], Any]:
@@ -123,6 +180,16 @@ def make_up(recipe: Recipe) -> Callable[[Any], Any]:
 
     made: dict[str, Callable[..., Any]] = {"fit": fit, "look": look, "rows": rows}
     return lambda task: made[task[0]](*task[1])
+
+
+#: Makers in place of those of a module.
+MADE_UP = {
+    "engine.transport.sh.bake": make_up_rows,
+    "engine.transport.sh.interreflection": make_up_light,
+    "engine.transport.wavelet.bake": make_up_wavelets,
+    "engine.transport.wavelet.interreflection": make_up_bounces,
+    "engine.transport.gaussian.bake": make_up,
+}
 
 
 def _find_peaks(folder: Path, vertices: Sequence[int], command: str, mode: str) -> Steps[tuple[list[int], list[Peak]]]:
