@@ -46,6 +46,9 @@ Counts = NDArray[np.unsignedinteger[Any]]
 #: of a point that sees the whole sky have length 1.
 STEP = 2.0**-12
 
+#: Rows whose squares are summed at once.
+ROWS = 1 << 15
+
 
 @dataclass(frozen=True, eq=False)
 class ShTransport:
@@ -104,9 +107,10 @@ def round_rows(rows: NDArray[np.float32]) -> NDArray[np.float32]:
 def rounding_error_rel(rows: NDArray[np.float32], step: float) -> float:
     """Root mean square error of `rows` that were rounded to multiples of `step`, over that of the rows themselves.
 
-    Errors are alike within ± half a step (variance step²/12).
+    Errors are alike within ± half a step (variance step²/12). The rows may lie in a file: few are taken at once.
     """
-    mean = float(np.mean(np.square(rows, dtype=np.float64))) if rows.size else 0.0
+    parts = (rows[start : start + ROWS] for start in range(0, len(rows), ROWS))
+    mean = sum(float(np.sum(np.square(some, dtype=np.float64))) for some in parts) / max(rows.size, 1)
     return step / math.sqrt(12.0 * mean) if mean > 0.0 else 0.0
 
 
