@@ -7,8 +7,8 @@ in this order and in single precision, which are the operations of `engine.image
 stack whose radiance was written. Codes are a half of radiance and saturation or less, so that large stacks stay in the
 memory that the system keeps of files, and what was found of a rig changes no bytes on the disk.
 
-Cost: bound by the lookups and by the memory that is filled, 3 to 6 ns a pixel and thread, with a near lamp 4 more;
-bands are decoded on all cores.
+Cost: bound by the lookups and by the memory that is filled, 2 ns a pixel and thread of 8 bits and 3 of 16, with a near
+lamp 2 more, and 1 for saturation; more than a megapixel at once is decoded on all cores.
 """
 
 from __future__ import annotations
