@@ -188,7 +188,7 @@ class Reading:
             name = "engine.capture.photograph.decode:decode_photograph"
             options |= {"codes_alone": True, "memory_bytes": _MEMORY_BYTES}
             if find_results_folder() is None:
-                options["finish"] = self._finish
+                options |= {"mosaic_alone": True, "finish": self._finish}
             self._decoding = Decoding(name, path, **options)
 
     def wait(self, timeout_s: float) -> bool:
@@ -290,14 +290,17 @@ def decode_photograph(
     white_samples: Sequence[float] = (),
     keep_codes: bool = False,
     codes_alone: bool = False,
+    mosaic_alone: bool = False,
 ) -> dict[str, Any]:
-    """The decoder that runs in the child; with `codes_alone` codes come without the pixels that are made of them."""
+    """The decoder that runs in the child; with `codes_alone` codes come without the pixels that are made of them, and
+    with `mosaic_alone` so do mosaics of RAW files. A decoder gives pages of pixels back while it fills them.
+    """
     if _is_raw(content, name):
         from engine.capture.photograph.raw import decode_raw
 
         if bands:
             raise InputError(name, "is camera RAW, which has no bands to choose", "Leave --bands out")
-        found, noted = decode_raw(content, name, white_balance, half_size, codes_alone), read_exif(content)
+        found, noted = decode_raw(content, name, white_balance, half_size, mosaic_alone), read_exif(content)
         optics = note_optics(noted, found.pop("shape"), half_size)
         return {**found, **optics, "credits": _read_credits(content, noted)}
     more: dict[str, Any] = {"bands": bands, "keep_primaries": True, "white_samples": white_samples}

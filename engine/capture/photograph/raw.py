@@ -51,12 +51,12 @@ logging.getLogger("tifffile").setLevel(logging.CRITICAL)
 
 
 def decode_raw(
-    content: bytes, name: str, white_balance: WhiteBalance, half_size: bool, codes_alone: bool
+    content: bytes, name: str, white_balance: WhiteBalance, half_size: bool, mosaic_alone: bool
 ) -> dict[str, Any]:
     """Fields of `engine.capture.photograph.decode.Photograph` as arrays and JSON values, and the `shape` of its pixels.
 
-    With `codes_alone` a Bayer mosaic that is not halved comes as it is, with its `colours` and the `turn` that makes it
-    upright.
+    With `mosaic_alone` a Bayer mosaic that is not halved comes as it is, with its `colours` and the `turn` that makes
+    it upright.
     """
     raw = _unpack(content, name)  # which holds the samples until the last view of them has gone
     warnings: list[str] = []
@@ -74,7 +74,7 @@ def decode_raw(
     matrix = radiometry.balance_matrix(camera, multipliers)
     if colours is not None and is_bayer(colours):
         mosaic = Mosaic(np.ascontiguousarray(samples), black, white, colours, matrix, orientation)
-        pixels = _keep_mosaic(mosaic) if codes_alone and not half_size else _develop(mosaic, half_size)
+        pixels = _keep_mosaic(mosaic) if mosaic_alone and not half_size else _develop(mosaic, half_size)
     else:
         pixels = _interpolate(samples, black, white, colours, matrix, orientation, half_size)
     exposure = _exposure(raw, read_exif(content), warnings)

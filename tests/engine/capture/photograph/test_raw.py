@@ -166,7 +166,7 @@ def test_fault18_an_answer_that_is_no_mosaic_is_refused(
     read: Callable[..., Any], dng: Any, monkeypatch: pytest.MonkeyPatch, change: dict[str, Any]
 ) -> None:
     mosaic = noise()
-    reply = decode_photograph(dng(mosaic), "a.dng", "camera", "auto", False, codes_alone=True)
+    reply = decode_photograph(dng(mosaic), "a.dng", "camera", "auto", False, mosaic_alone=True)
     monkeypatch.setattr(untrusted, "decode_in_child", lambda *_, **__: {**reply, **change})
     with pytest.raises(InputError, match="invalid response"):
         read(mosaic)
