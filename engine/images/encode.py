@@ -39,14 +39,14 @@ def encode_png(
     done, data = cv2.imencode(".png", np.ascontiguousarray(swapped))
     if not done:
         raise ValueError(f"PNG cannot hold {pixels.dtype} {pixels.shape}")
-    content: bytes = data.tobytes()
+    content = data.reshape(-1).data  # `data` may lie on the disk (`engine.storage.spilling`)
     after_header = len(SIGNATURE) + 25
     coding = _chunk(b"sRGB", b"\1") if transfer == "srgb" else _chunk(b"gAMA", LINEAR_GAMMA)
     words = {"Software": software, "Comment": comment}
     tags = b"".join(
         _chunk(b"tEXt", f"{name}\0{text}".encode("latin-1", "replace")) for name, text in words.items() if text
     )
-    return content[:after_header] + coding + tags + content[after_header:]
+    return b"".join([content[:after_header], coding, tags, content[after_header:]])
 
 
 def _chunk(kind: bytes, body: bytes) -> bytes:
