@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from numba.core.typing import Context, Signature
 
 #: Arrays are large from this part of the limit on, and from so many bytes; and they lie in memory as long as the
-#: process takes less than the other part of it, since libraries and small arrays need some as well.
+#: processes take less than the other part of it, since libraries and small arrays need some as well.
 LARGE_PART, MIN_BYTES, IN_MEMORY_PART = 1 / 256, 1 << 20, 0.6
 
 #: Part of the limit from which pages are given back, and how often the process is looked at, in s.
@@ -152,17 +152,19 @@ def _keep(limit_bytes: int, folder: Path, release_all: Callable[[], None], ended
 def _note_room(limit_bytes: int, folder: Path) -> None:
     """Note how many bytes large arrays may still take in memory and on the disk."""
     follow_untouched()
-    _table[0] = max(0, round(IN_MEMORY_PART * limit_bytes) - count_bytes())
+    others = sum(_count_resident(process, is_private=True) for process in (*list_processes(), *list_compiling()))
+    _table[0] = max(0, round(IN_MEMORY_PART * limit_bytes) - count_bytes() - others)
     with suppress(OSError):
         _table[_COLUMNS] = free_bytes(folder)
 
 
-def _count_resident(process: int) -> int:
-    """Bytes that a process has in memory (proc_pid_statm(5)); 0 for one that has ended."""
+def _count_resident(process: int, *, is_private: bool = False) -> int:
+    """Bytes that a process has in memory, or those of no file (proc_pid_statm(5)); 0 for one that has ended."""
     try:
-        return int(Path(f"/proc/{process}/statm").read_bytes().split()[1]) * mmap.PAGESIZE
-    except OSError:
+        _, resident, of_files, *_ = map(int, Path(f"/proc/{process}/statm").read_bytes().split())
+    except (OSError, ValueError):  # it has ended; its file is then gone, or empty
         return 0
+    return (resident - of_files if is_private else resident) * mmap.PAGESIZE
 
 
 @cache
