@@ -175,13 +175,21 @@ def _watch_memory(request: Mapping[str, Any], tell: _Teller, log: Log, over: thr
         taken = 0
         for each in (own, *own.children(recursive=True)):
             with suppress(psutil.Error):
-                about = each.memory_info()
-                taken += about.rss - getattr(about, "shared", 0)
+                taken += _count_bytes(each, each is own)
         if taken > limit_bytes:
             reason = f"It {NO_MEMORY.format(size_text(limit_bytes))}."
             log.write(reason)
             tell({"failed": reason, "last": True})
             ending.leave(OUT_OF_MEMORY)
+
+
+def _count_bytes(process: psutil.Process, is_own: bool) -> int:
+    """Bytes that are of no file; of others than this process those alone that no two share, since a copy of it, which
+    compiles or is about to start a decoder, has all of its pages."""
+    if not is_own and sys.platform == "linux":
+        return int(process.memory_full_info().uss)
+    about = process.memory_info()
+    return int(about.rss - getattr(about, "shared", 0))
 
 
 if __name__ == "__main__":

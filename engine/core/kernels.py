@@ -14,6 +14,7 @@ copy shares all pages that it does not change. Linux alone has such copies; else
 
 from __future__ import annotations
 
+import ctypes
 import os
 import signal
 import sys
@@ -31,6 +32,9 @@ Result = TypeVar("Result")
 
 #: One thread at a time loads numba and binds names.
 _binding = threading.RLock()
+
+#: Of prctl(2): PR_SET_PDEATHSIG.
+_DIES_WITH_PARENT = 1
 
 #: Processes that compile for this one, and whether it is such a process itself.
 _copies: set[int] = set()
@@ -186,6 +190,7 @@ def _compile_in_copy(made: Any, types: Any) -> bool:
     if copy == 0:
         code, _is_copy = 1, True
         try:
+            ctypes.CDLL(None).prctl(_DIES_WITH_PARENT, signal.SIGKILL)  # or it would keep the pipes of who was killed
             signal.set_wakeup_fd(-1)  # what reads the other end is told by the process itself
             budget.lift_memory_limit()
             made.compile(types)
