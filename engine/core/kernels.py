@@ -19,6 +19,7 @@ import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
@@ -35,6 +36,9 @@ _binding = threading.RLock()
 
 #: Of prctl(2): PR_SET_PDEATHSIG.
 _DIES_WITH_PARENT = 1
+
+#: Seconds after which a process that compiles is ended, and this one compiles.
+_COMPILING_S = 120.0
 
 #: Processes that compile for this one, and whether it is such a process itself.
 _copies: set[int] = set()
@@ -198,13 +202,19 @@ def _compile_in_copy(made: Any, types: Any) -> bool:
         finally:
             os._exit(code)
     _copies.add(copy)
+    ended, until_s = False, time.monotonic() + _COMPILING_S
     try:
-        return os.waitpid(copy, 0)[1] == 0
-    except BaseException:
-        os.kill(copy, signal.SIGKILL)
-        os.waitpid(copy, 0)
-        raise
+        while time.monotonic() < until_s:
+            process, status = os.waitpid(copy, os.WNOHANG)
+            ended = process != 0
+            if ended:
+                return status == 0
+            time.sleep(0.01)
+        return False  # it waits for a lock that another thread held when it was made
     finally:
+        if not ended:
+            os.kill(copy, signal.SIGKILL)
+            os.waitpid(copy, 0)
         _copies.discard(copy)
 
 

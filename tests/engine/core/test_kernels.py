@@ -5,13 +5,15 @@ from __future__ import annotations
 import errno
 import subprocess
 import sys
+import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from engine.core import budget
+from engine.core import budget, kernels
 from engine.core.kernels import Kernel, list_compiling, parallel, prange, scalar, threads_are_shared
 
 
@@ -83,6 +85,13 @@ def test_a_copy_compiles_while_memory_is_limited(tmp_path: Path, monkeypatch: py
         patched.setattr("os.fork", no_process)
         assert made(3) == 18
     assert sum(made.stats.cache_misses.values()) == 1
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="no copies of the process")
+def test_a_copy_that_waits_for_a_lock_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernels, "_COMPILING_S", 0.05)
+    assert not kernels._compile_in_copy(SimpleNamespace(compile=lambda _: time.sleep(60.0)), ())
+    assert not list_compiling()
 
 
 def no_process() -> int:
