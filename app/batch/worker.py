@@ -4,7 +4,8 @@ Protocol, in both directions: one line of JSON. A request names the function tha
 replies are steps, and at last the record, or the reason why there is none. What libraries print, and where a fault
 ended the process, is in the log of the capture. Where this process and its decoders take more memory than their limit,
 it says so and ends; on Linux large arrays lie in files first (`engine.storage.spilling`), and what is beyond the limit
-all the same fails (`engine.core.budget.limit_memory`).
+all the same fails (`engine.core.budget.limit_memory`). A process that compiles for this one
+(`engine.core.kernels`) does not count: that is done once on a machine, and no capture's need.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from app.process import ending
 from engine.core.budget import limit_memory, limit_threads
 from engine.core.errors import LightarcError, UsageError, file_failure, shortage
 from engine.core.figure_text import percent, size_text
+from engine.core.kernels import list_compiling
 from engine.core.steps import Step, drain
 from engine.storage.spilling import spill_arrays
 
@@ -174,8 +176,9 @@ def _watch_memory(request: Mapping[str, Any], tell: _Teller, log: Log, over: thr
     while not over.wait(LOOK_S):
         taken = 0
         for each in (own, *own.children(recursive=True)):
-            with suppress(psutil.Error):
-                taken += _count_bytes(each, each is own)
+            if each.pid not in list_compiling():
+                with suppress(psutil.Error):
+                    taken += _count_bytes(each, each is own)
         if taken > limit_bytes:
             reason = f"It {NO_MEMORY.format(size_text(limit_bytes))}."
             log.write(reason)
@@ -184,8 +187,8 @@ def _watch_memory(request: Mapping[str, Any], tell: _Teller, log: Log, over: thr
 
 
 def _count_bytes(process: psutil.Process, is_own: bool) -> int:
-    """Bytes that are of no file; of others than this process those alone that no two share, since a copy of it, which
-    compiles or is about to start a decoder, has all of its pages."""
+    """Bytes that are of no file; of others than this process those alone that no two share, since a copy of it that is
+    about to start a decoder has all of its pages."""
     if not is_own and sys.platform == "linux":
         return int(process.memory_full_info().uss)
     about = process.memory_info()
