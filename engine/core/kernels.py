@@ -26,8 +26,6 @@ from functools import lru_cache
 from types import CodeType, FunctionType
 from typing import Any, Generic, ParamSpec, TypeVar
 
-from engine.core import budget
-
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
@@ -167,6 +165,8 @@ def _numba() -> Any:
 
 
 def _njit(function: FunctionType, **options: bool) -> Any:
+    from engine.core import budget  # with all that it needs, when the first kernel is called
+
     vars(function)["compile_options"] = sorted(options.items())
     made = _numba().njit(function, cache=True, nogil=True, error_model="numpy", **options)
     load = made._cache.load_overload
@@ -184,6 +184,8 @@ def _njit(function: FunctionType, **options: bool) -> Any:
 
 def _compile_in_copy(made: Any, types: Any) -> bool:
     """Compile for argument types in a copy of this process, which writes the cache; False where it could not."""
+    from engine.core import budget
+
     global _is_copy
     if sys.platform != "linux" or _is_copy:
         return False
