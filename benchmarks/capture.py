@@ -161,10 +161,10 @@ def _libraw(files: list[Path]) -> None:
 
 
 def _copy(files: list[Path], target: Path) -> None:
-    """As many bytes as the stack has: float32 and a mask for three 16-bit channels."""
+    """As many bytes as the stack has: the codes of three 16-bit channels."""
     for path in files:
         content = path.read_bytes()
-        write_bytes(target, (content * 3)[: HEIGHT * WIDTH * 13])
+        write_bytes(target, (content * 3)[: HEIGHT * WIDTH * 6])
 
 
 def _photographs(
