@@ -10,6 +10,7 @@ as their files hold when unpacked, 3 of 8 bits.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
@@ -28,6 +29,7 @@ from engine.capture.report import grid_step
 from engine.capture.stack import CODES, DIFFUSE, RADIANCE, SATURATED, npy_header
 from engine.capture.tally import Tally
 from engine.capture.waiting import CodedPixels, Pixels, WaitingLight
+from engine.core.budget import thread_count
 from engine.core.steps import Step, Steps
 from engine.images.codes import Coded
 from engine.storage.atomic import atomic_file, require_space, synchronise
@@ -217,12 +219,26 @@ class Output:
         return Plane(FileArray(Path(file.name), shape, self.form.dtype, len(header), status), index)
 
     def note_codes(self, index: int, written: Written, decoding: Decoding) -> Steps[Written]:
-        """Give what was `written` of the codes of a light a tally of the radiance that `decoding` makes of them."""
+        """Give what was `written` of the codes of a light a tally of the radiance that `decoding` makes of them.
+
+        Bands are read and decoded on all cores, and tallied in their order.
+        """
         region, codes, window = self.view.region, self.read_codes(index), self.window
         tally = Tally(grid_step(region.height, region.width))
-        for first, last in self._bands_of_rows():
-            yield Step((index + first / region.height) / self._count, f"Measuring {index + 1} of {self._count}")
-            tally.add(*radiance_of(codes[first:last], first, decoding, window), first)
+        making: deque[tuple[int, Future[tuple[NDArray[np.float32], NDArray[np.bool_]]]]] = deque()
+
+        def make(first: int, last: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+            return radiance_of(codes[first:last], first, decoding, window)
+
+        with ThreadPoolExecutor(thread_count(), thread_name_prefix="decoding") as pool:
+            for first, last in self._bands_of_rows():
+                yield Step((index + first / region.height) / self._count, f"Measuring {index + 1} of {self._count}")
+                making.append((first, pool.submit(make, first, last)))
+                if len(making) > thread_count():
+                    begun, made = making.popleft()
+                    tally.add(*made.result(), begun)
+            for begun, made in making:
+                tally.add(*made.result(), begun)
         return Written(tally, written.crc32)
 
     def decode(self, coded: Coded, decoding: Decoding) -> TakeRows:
