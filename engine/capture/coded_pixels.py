@@ -18,7 +18,6 @@ from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -138,6 +137,17 @@ def _plain(codes: _Codes) -> _Codes:
 
 
 @scalar
+def _take_off(across: np.ndarray, along: float, gain: np.float32, scale: np.ndarray, radiance: np.ndarray) -> None:
+    """Take the fall-off of a near lamp off a row (W, 3), times `gain`; `scale` (W,) is room. Bound by square roots."""
+    for column in range(len(scale)):
+        squared = across[column] + along
+        scale[column] = squared * np.sqrt(squared)
+    for column in range(len(scale)):
+        for channel in range(3):
+            radiance[column, channel] *= scale[column] * gain
+
+
+@scalar
 def _decode(
     codes: np.ndarray,
     tables: np.ndarray,
@@ -167,19 +177,9 @@ def _decode(
             radiance[row, column, 1] = g * factors[1]
             radiance[row, column, 2] = b * factors[2]
         if len(stated_along) > 0:
-            for column in range(width):
-                squared = stated_across[column] + stated_along[row]
-                scale[column] = squared * np.sqrt(squared)
-            for column in range(width):
-                for channel in range(3):
-                    radiance[row, column, channel] *= scale[column]
+            _take_off(stated_across, stated_along[row], np.float32(1.0), scale, radiance[row])
         if len(found_along) > 0:
-            for column in range(width):
-                squared = found_across[column] + found_along[row]
-                scale[column] = squared * np.sqrt(squared)
-            for column in range(width):
-                for channel in range(3):
-                    radiance[row, column, channel] *= scale[column] * gain
+            _take_off(found_across, found_along[row], gain, scale, radiance[row])
         elif gain != 1.0:
             for column in range(width):
                 for channel in range(3):
@@ -273,19 +273,8 @@ def arrays_of(codes: FileArray, decodings: tuple[Decoding, ...], window: Window)
 def radiance_of(
     codes: _Codes, first: int, decoding: Decoding, window: Window
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Radiance and saturation of rows of codes, made on all cores."""
+    """Radiance (rows, W, 3) and saturation (rows, W) of `codes` (rows, W, 1 or 3), as `decode_rows`."""
     radiance, saturated = np.empty((*codes.shape[:2], 3), np.float32), np.empty(codes.shape[:2], np.bool_)
-
-    def make(start: int, stop: int) -> None:
-        decode_rows(codes[start:stop], first + start, decoding, window, radiance[start:stop])
-        find_saturated(codes[start:stop], decoding.curve.white, saturated[start:stop])
-
-    count = thread_count() if saturated.size > _FEW_PIXELS else 1
-    ends = np.linspace(0, len(codes), count + 1).astype(int)
-    if count == 1:
-        make(0, len(codes))
-        return radiance, saturated
-    with ThreadPoolExecutor(count, thread_name_prefix="decoding") as pool:
-        for each in [pool.submit(make, *pair) for pair in pairwise(ends)]:
-            each.result()
+    decode_rows(codes, first, decoding, window, radiance)
+    find_saturated(codes, decoding.curve.white, saturated)
     return radiance, saturated

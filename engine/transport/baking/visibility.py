@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,6 +75,16 @@ class Receivers:
 
     def __len__(self) -> int:
         return len(self.origin)
+
+    def describe(self) -> dict[str, NDArray[Any]]:
+        """Return the arrays of which another process makes receivers, without a record."""
+        return {
+            "positions": self.caster.positions,
+            "faces": self.caster.faces,
+            "origin": self.origin,
+            "normal": self.normal,
+            "free": self.free,
+        }
 
 
 def receivers(mesh: Mesh, caster: RayCaster | None = None) -> Receivers:

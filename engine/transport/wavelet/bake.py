@@ -415,11 +415,7 @@ def recipe_of(work: Work, of: Receivers) -> Recipe:
     """Data that all chunks of `work` share, for `maker`; `of` are its vertices as receivers."""
     hemisphere_map, settings = work.factors.hemisphere_map, work.settings
     return {
-        "positions": of.caster.positions,
-        "faces": of.caster.faces,
-        "origin": of.origin,
-        "normal": of.normal,
-        "free": of.free,
+        **of.describe(),
         "frames": vertex_frames(work.surface, work.factors.isotropic),
         "bounds": vertex_bounds(work.vertices, work.ground_vertex, settings.edge),
         "ground_vertex": work.ground_vertex,

@@ -210,11 +210,7 @@ _SHARED = ("frames", "factors", "first", "ground_albedo", "rays", "coefficients"
 def _recipe_of(around: Surroundings, latest: Coarse) -> Recipe:
     of = around.of
     return {
-        "positions": of.caster.positions,
-        "faces": of.caster.faces,
-        "origin": of.origin,
-        "normal": of.normal,
-        "free": of.free,
+        **of.describe(),
         **{name: getattr(around, name) for name in _SHARED},
         "start": latest.start,
         "indices": latest.indices,
