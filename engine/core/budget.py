@@ -24,7 +24,8 @@ from engine.core.errors import UsageError
 from engine.core.figure_text import size_text
 
 #: Variables by which libraries learn of their number of threads: OpenMP, algebra, kernels, and Mesa's CPU renderer.
-VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "LP_NUM_THREADS")
+_KERNELS = "NUMBA_NUM_THREADS"
+VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", _KERNELS, "LP_NUM_THREADS")
 
 #: Memory beyond that of libraries without which no work gets far.
 ROOM_BYTES = 256 << 20
@@ -47,17 +48,22 @@ def limit_threads(count: int) -> Iterator[None]:
     """Within the block this process, and those that it starts, compute on `count` threads, and no more than CPUs."""
     global _threads
     count = min(count, os.cpu_count() or 1)
-    before, variables = _threads, {name: os.environ.get(name) for name in VARIABLES}
+    before, variables = _threads, {name: os.environ.get(name) for name in _list_free_variables()}
     _threads = count
-    os.environ.update(dict.fromkeys(VARIABLES, str(count)))
+    os.environ.update(dict.fromkeys(variables, str(count)))
     try:
         with _limit_libraries(count):
             yield
     finally:
         _threads = before
-        for name, value in variables.items():
+        for name in variables.keys() & _list_free_variables():
             os.environ.pop(name)
-            os.environ.update({} if value is None else {name: value})
+            os.environ.update({} if (value := variables[name]) is None else {name: value})
+
+
+def _list_free_variables() -> set[str]:
+    """The variables that may change: numba reads its own whenever it compiles, and fails where it is not as before."""
+    return set(VARIABLES) - ({_KERNELS} if "numba" in sys.modules else set())
 
 
 @contextmanager

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import mmap
 import os
+import subprocess
 import sys
 
 import numba
@@ -22,10 +23,38 @@ def test_threads_of_pools_and_libraries_are_limited_within_the_block(monkeypatch
     with budget.limit_threads(1):
         assert budget.thread_count() == numba.get_num_threads() == 1
         assert {each["num_threads"] for each in threadpool_info()} == {1}
-        assert {os.environ[name] for name in budget.VARIABLES} == {"1"}
+        assert {os.environ[name] for name in budget.VARIABLES if name != "NUMBA_NUM_THREADS"} == {"1"}
     assert (dict(os.environ), budget.thread_count(), numba.get_num_threads()) == before
     with budget.limit_threads(64):
         assert budget.thread_count() == 6
+
+
+@pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="one processor has no number of threads to change")
+@pytest.mark.parametrize("loaded", ["before", "within"])
+def test_kernels_compile_within_and_after_a_limit_of_threads(loaded: str) -> None:
+    """numba reads its variable whenever it compiles, and refuses another value than that of its threads."""
+    code = """
+import sys
+from engine.core import budget
+
+def run():
+    import numba
+
+    def add(count):
+        total = 0
+        for place in numba.prange(count):
+            total += place
+        return total
+
+    assert numba.njit(add, parallel=True)(9) == 36
+
+if sys.argv[1] == "before":
+    run()
+with budget.limit_threads(1):
+    run()
+run()
+"""
+    subprocess.run([sys.executable, "-c", code, loaded], check=True, timeout=300)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such limit")
