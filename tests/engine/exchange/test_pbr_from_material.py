@@ -10,7 +10,7 @@ import pytest
 from engine.core.errors import UsageError
 from engine.core.steps import drain
 from engine.exchange import loss
-from engine.exchange.pbr_from_material import ROUGHEST_METAL, ROUGHNESSES, cavity, nearest_maps
+from engine.exchange.pbr_from_material import ROUGHEST_METAL, ROUGHNESSES, Family, cavity, nearest_maps
 from engine.scene.material import Material
 from engine.surface.pbr_maps import PbrMaps
 
@@ -59,6 +59,26 @@ def test_no_other_maps_are_nearer() -> None:
         dataclasses.replace(maps, base_colour=np.ascontiguousarray(maps.base_colour[::-1])),
     ):
         assert total(changed) > least
+
+
+def test_the_best_of_all_choices_is_found() -> None:
+    """Base colour, roughness and error of texels of noise are those of least squares over the pairs themselves."""
+    draw = np.random.default_rng(1)
+    layers, pairs = draw.uniform(0.0, 1.0, (4, 3, 200, 3)), 30
+    hats, a, b = draw.uniform(size=(4, pairs)), draw.uniform(size=(5, pairs)), draw.uniform(size=(5, pairs)) - 0.5
+    products = np.stack([(a * a).sum(1), (a * b).sum(1), (b * b).sum(1)])
+    family = Family(0.0, np.linspace(0.1, 0.5, 5), hats @ a.T, hats @ b.T, products)
+    base, roughness, error = family.fit(layers)
+
+    shown = np.tensordot(layers, hats, axes=(0, 0))
+    along_a = np.einsum("kijcm,km->kijc", shown - b[:, None, None, None], a)
+    best = np.clip(along_a / products[0, :, None, None, None], 0.0, 1.0)
+    drawn = best[..., None] * a[:, None, None, None] + b[:, None, None, None]
+    errors = np.sum((drawn - shown) ** 2, axis=(3, 4)) - np.sum(shown**2, axis=(2, 3))
+    chosen = errors.argmin(axis=0)
+    np.testing.assert_array_equal(roughness, family.roughness[chosen])
+    np.testing.assert_allclose(error, errors.min(axis=0), atol=1e-9)
+    np.testing.assert_allclose(base, np.take_along_axis(best, chosen[None, ..., None], 0)[0], atol=1e-12)
 
 
 def test_slices_and_power_law_agree_where_they_are_one() -> None:
