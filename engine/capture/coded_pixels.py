@@ -253,6 +253,18 @@ class CodedRadiance(CodedArray):
     def decode(self, codes: _Codes, plane: int, first: int, into: NDArray[Any]) -> None:
         decode_rows(codes, first, self.decodings[plane], self.window, into)
 
+    def tabulate(self, planes: NDArray[np.int64]) -> NDArray[np.float32] | None:
+        """(M, 256, 3) radiance by codes of 8 bits in these planes; None where that of a pixel does not follow from the
+        code of each channel alone, as under a near lamp."""
+        decodings = [self.decodings[plane] for plane in planes]
+        is_one_by_one = all(one.curve.matrix is None and one.stated is None and one.found is None for one in decodings)
+        if self.codes is None or self.codes.dtype != np.uint8 or not is_one_by_one:
+            return None
+        codes, found = np.arange(256, dtype=np.uint8).reshape(1, 256, 1), np.empty((len(decodings), 256, 3), np.float32)
+        for decoding, into in zip(decodings, found, strict=True):
+            decode_rows(codes, 0, decoding, Window(1, 256), into[None])
+        return found
+
 
 @dataclass(frozen=True, eq=False)
 class CodedSaturated(CodedArray):

@@ -1,7 +1,8 @@
-"""Kernel that writes radiance as codes of 8-bit sRGB, photograph by photograph.
+"""Kernels that write photographs as codes of 8-bit sRGB: radiance, and codes of files by one table for each channel.
 
-Roots, table and channels are loops of their own, which the compiler turns into vector instructions: 1 ns for each value
-on one core. Blocks that stay in the cache are written on several threads side by side.
+Roots, table and channels of radiance are loops of their own, which the compiler turns into vector instructions: 1 ns
+for each value on one core, and .4 of a table alone. Blocks that stay in the cache are written on several threads side
+by side.
 """
 
 from __future__ import annotations
@@ -38,3 +39,24 @@ def write_codes(
             line = 3 * photograph + channel
             for texel in range(texels):
                 codes[line, texel] = row[3 * texel + channel] - pivot[line]
+
+
+@scalar
+def look_up_codes(pixels: np.ndarray, first: int, last: int, tables: np.ndarray, codes: np.ndarray) -> None:
+    """Fill `codes` (3 N, texels) float32 from rows of `pixels` (N, H, W, 1 or 3) uint8, from `first` to before `last`.
+
+    `tables` (3 N, 256) float32 have the codes of each photograph and channel. Bound by the lookups.
+    """
+    width, second, third = pixels.shape[2], min(1, pixels.shape[3] - 1), pixels.shape[3] - 1
+    for photograph in range(pixels.shape[0]):
+        of_red, of_green, of_blue = tables[3 * photograph], tables[3 * photograph + 1], tables[3 * photograph + 2]
+        for row in range(first, last):
+            start = (row - first) * width
+            red = codes[3 * photograph, start : start + width]
+            green = codes[3 * photograph + 1, start : start + width]
+            blue = codes[3 * photograph + 2, start : start + width]
+            line = pixels[photograph, row]
+            for column in range(width):
+                red[column] = of_red[line[column, 0]]
+                green[column] = of_green[line[column, second]]
+                blue[column] = of_blue[line[column, third]]

@@ -5,7 +5,8 @@ a few vectors. Its error over a whole capture is then a quadratic form of these 
 turn reads no pixel again. Values are codes of 8-bit sRGB as real numbers, 255 at the white level and more above it, in
 which tools for domes state their errors.
 
-Bound by one product of matrices, (3 N)² multiplications for each texel.
+Bound by one product of matrices, (3 N)² multiplications for each texel. Where a code of a file tells the value by
+itself, as of 8 bits under distant lamps, photographs are read by one table for each channel.
 """
 
 from __future__ import annotations
@@ -17,17 +18,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.coded_pixels import CodedRadiance
 from engine.capture.object_part import object_mask
 from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_encode
 from engine.core.side_by_side import side_by_side
 from engine.core.steps import Step, Steps
-from engine.shading.directional.codes_kernel import write_codes
+from engine.shading.directional.codes_kernel import look_up_codes, write_codes
 
 Array = NDArray[np.float64]
 
 #: Values of all photographs in a block of rows, 4 MB in single precision, about what the cache of a core holds.
 BLOCK_VALUES = 1 << 20
+
+#: Bytes of codes of all photographs that are read at once: each reading takes as long as 100 kB.
+PIECE_BYTES = 1 << 23
 
 #: Texels that are enough: half of 800 × 800 would give errors to two thousandths.
 TEXELS = 1 << 19
@@ -76,14 +81,15 @@ def moments(stack: ImageStack, used: NDArray[np.int64]) -> Steps[Moments]:
     if not blocks:  # an object that lies between the rows
         blocks = [rows for rows in row_blocks(height, width, len(used)) if inside[slice(*rows)].any()]
 
-    def take_shown(rows: tuple[int, int], pivot: NDArray[np.float32] | None = None) -> NDArray[np.float32]:
-        block = texels(stack, used, *rows, pivot)
+    def take_shown(reader: TexelReader, rows: tuple[int, int]) -> NDArray[np.float32]:
+        ((_, _, block),) = reader.read_blocks(*rows)
         return block if mask is None else np.ascontiguousarray(block[:, mask[slice(*rows)].ravel()])
 
-    pivot = take_shown(blocks[0]).mean(axis=1, dtype=np.float64).astype(np.float32)
+    pivot = take_shown(make_reader(stack, used), blocks[0]).mean(axis=1, dtype=np.float64).astype(np.float32)
+    about_pivot = make_reader(stack, used, pivot)
 
     def sums(rows: tuple[int, int]) -> tuple[int, NDArray[np.float32], NDArray[np.float32]]:
-        block = take_shown(rows, pivot)
+        block = take_shown(about_pivot, rows)
         return rows[1], block @ np.ones(block.shape[1], np.float32), block @ block.T
 
     total, second = np.zeros(size), np.zeros((size, size))
@@ -101,9 +107,13 @@ def moments(stack: ImageStack, used: NDArray[np.int64]) -> Steps[Moments]:
 
 def row_blocks(height: int, width: int, photographs: int, step: int = 1) -> Iterator[tuple[int, int]]:
     """The first row of each block and the row after its last; with a `step`, blocks of one row, that far apart."""
-    rows = max(1, BLOCK_VALUES // (3 * photographs * width)) if step == 1 else 1
+    rows = _block_rows(width, photographs) if step == 1 else 1
     for first in range((step - 1) // 2, height, max(step, rows)):
         yield first, min(first + rows, height)
+
+
+def _block_rows(width: int, photographs: int) -> int:
+    return max(1, BLOCK_VALUES // (3 * photographs * width))
 
 
 def texels(
@@ -115,3 +125,55 @@ def texels(
     pivot = np.zeros(len(found), np.float32) if pivot is None else pivot
     write_codes(radiance, _TABLE, np.float32(BRIGHTEST), pivot, found)
     return found
+
+
+@dataclass(frozen=True, eq=False)
+class TexelReader:
+    """Texels of the photographs `used` of a stack as `texels` gives them, less `pivot` (3 N,), block by block.
+
+    `tables` (3 N, 256) float32 are the values of codes in files, where these tell them.
+    """
+
+    stack: ImageStack
+    used: NDArray[np.int64]
+    pivot: NDArray[np.float32]
+    tables: NDArray[np.float32] | None
+
+    def list_pieces(self) -> Iterator[tuple[int, int]]:
+        """The first row and the one after the last of pieces of whole blocks, each of which is best read at once."""
+        _, height, width = self.stack.radiance.shape[:3]
+        rows = _block_rows(width, len(self.used))
+        if self.tables is not None:
+            rows *= max(1, PIECE_BYTES // (3 * len(self.used) * width * rows))
+        return ((first, min(first + rows, height)) for first in range(0, height, rows))
+
+    def read_blocks(self, first: int, last: int) -> Iterator[tuple[int, int, NDArray[np.float32]]]:
+        """The first row, the one after the last, and the texels (3 N, texels) of each block of the rows from `first` to
+        before `last`; the next block lies in the memory of the one before it."""
+        width = self.stack.radiance.shape[2]
+        rows = _block_rows(width, len(self.used))
+        within = [(start, min(start + rows, last)) for start in range(first, last, rows)]
+        if self.tables is None:
+            for start, stop in within:
+                yield start, stop, texels(self.stack, self.used, start, stop, self.pivot)
+            return
+        assert isinstance(self.stack.radiance, CodedRadiance)
+        assert self.stack.radiance.codes is not None
+        pixels = self.stack.radiance.codes[self.used, first:last]
+        memory = np.empty(3 * len(self.used) * min(rows, last - first) * width, np.float32)
+        for start, stop in within:
+            size = (stop - start) * width
+            found = memory[: 3 * len(self.used) * size].reshape(-1, size)
+            look_up_codes(pixels, start - first, stop - first, self.tables, found)
+            yield start, stop, found
+
+
+def make_reader(stack: ImageStack, used: NDArray[np.int64], pivot: NDArray[np.float32] | None = None) -> TexelReader:
+    """The reader of the photographs `used` of a stack."""
+    pivot = np.zeros(3 * len(used), np.float32) if pivot is None else pivot
+    radiance = stack.radiance.tabulate(used) if isinstance(stack.radiance, CodedRadiance) else None
+    if radiance is None:
+        return TexelReader(stack, used, pivot, None)
+    tables = np.empty((3 * len(used), radiance.shape[1]), np.float32)
+    write_codes(radiance, _TABLE, np.float32(BRIGHTEST), pivot, tables)
+    return TexelReader(stack, used, pivot, tables)

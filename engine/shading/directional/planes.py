@@ -9,10 +9,11 @@ each photograph left out in turn, is nearly the least that a budget of bytes all
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator, Sequence
-from contextlib import closing
-from dataclasses import dataclass, replace
-from typing import Any
+from contextlib import ExitStack, closing
+from dataclasses import dataclass, field, replace
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +29,9 @@ from engine.core.steps import Step, Steps, part
 from engine.shading.directional.effective_light import TILTS, TURNS, table_directions, weights_at
 from engine.shading.directional.interpolation import STATED, Kernel, best_kernel, weights
 from engine.shading.directional.minified import minify
-from engine.shading.directional.moments import Moments, moments, row_blocks, texels
-from engine.storage.scratch import release, scratch_array
+from engine.shading.directional.moments import Moments, make_reader, moments
+from engine.shading.directional.planes_kernel import round_values
+from engine.storage.scratch import open_unnamed, scratch_place
 
 Array = NDArray[np.float64]
 
@@ -285,69 +287,99 @@ def _project(
     """
     height, width = stack.radiance.shape[1:3]
     mask = object_mask(stack)
-    inside = np.ones(height * width, np.bool_) if mask is None else mask.ravel()
+    inside = np.ones((height, width), np.bool_) if mask is None else mask
     count = vectors.shape[1]
-    kept = _room_for_values(stack, count)
     low, high = np.full(count, np.inf), np.full(count, -np.inf)
-    with closing(_blocks(stack, used, mean, vectors)) as blocks:
-        for block in blocks:
-            own = block.values if mask is None else block.values[:, inside[block.first * width : block.last * width]]
-            low, high = (
-                np.minimum(low, own.min(axis=1, initial=np.inf)),
-                np.maximum(high, own.max(axis=1, initial=-np.inf)),
-            )
-            if kept is not None:
-                kept[:, block.first * width : block.last * width] = block.values
-                release(kept)
-            yield Step(block.last / height * (0.5 if kept is None else 0.9), "writing planes")
-    step = (high - low) / STEPS
-    step[step <= 0.0] = 1.0
     planes, noise = np.empty((count, height, width), np.uint8), np.zeros(count)
-    narrow_low, narrow_step = (each.astype(np.float32)[:, None] for each in (low, step))
-    again = _blocks(stack, used, mean, vectors) if kept is None else _read_blocks(kept, height, width, len(used))
-    for block in again:
-        values = (block.values - narrow_low) / narrow_step
-        codes = np.clip(np.rint(values), 0.0, STEPS) if mask is not None else np.rint(values)
-        planes[:, block.first : block.last] = codes.reshape(count, -1, width)
-        rounded = (codes - values) ** 2 * inside[block.first * width : block.last * width]
-        noise += rounded.sum(axis=1, dtype=np.float64)
-        start = 0.5 if kept is None else 0.9
-        yield Step(start + (1.0 - start) * block.last / height, "writing planes")
+    with ExitStack() as held:
+        kept = _keep_values(stack, count, held)
+        share = 0.5 if kept is None else 0.8
+        with closing(_project_pieces(stack, used, mean, vectors, mask)) as pieces:
+            for piece in pieces:
+                low, high = np.minimum(low, piece.low), np.maximum(high, piece.high)
+                if kept is not None:
+                    kept.add(piece)
+                yield Step(share * piece.last / height, "writing planes")
+        step = (high - low) / STEPS
+        step[step <= 0.0] = 1.0
+        narrow_low, narrow_step = low.astype(np.float32), step.astype(np.float32)
+
+        def round_piece(piece: _Piece) -> tuple[int, Array]:
+            squares = np.empty(count)
+            round_values(piece.values, piece.first, narrow_low, narrow_step, inside, planes, squares)
+            return piece.last, squares
+
+        again = _project_pieces(stack, used, mean, vectors, mask) if kept is None else kept.read()
+        with closing(again), closing(side_by_side(round_piece, again)) as rounded:
+            for last, squares in rounded:
+                noise += squares
+                yield Step(share + (1.0 - share) * last / height, "writing planes")
     return planes, low, step, noise * step**2 / int(inside.sum())
 
 
 @dataclass(frozen=True, eq=False)
-class _Block:
-    """Values (K, texels) of the planes in the rows from `first` to before `last`."""
+class _Piece:
+    """Values (K, texels) of the planes in the rows from `first` to before `last`, and their range (K,)."""
 
     first: int
     last: int
     values: NDArray[np.float32]
+    low: NDArray[np.float32]
+    high: NDArray[np.float32]
 
 
-def _room_for_values(stack: ImageStack, count: int) -> NDArray[np.float32] | None:
-    """An array (K, texels) for the values of `count` planes; None where they are too many."""
-    height, width = stack.radiance.shape[1:3]
-    if 4 * count * height * width > KEPT_BYTES:
+@dataclass(frozen=True, eq=False)
+class _KeptValues:
+    """Pieces of values: their arrays, or where these lie one after the other in a `file` without a name."""
+
+    file: IO[bytes] | None
+    pieces: list[_Piece] = field(default_factory=list)
+
+    def add(self, piece: _Piece) -> None:
+        """Add the values of rows that follow those before them."""
+        if self.file is not None:
+            self.file.write(piece.values.data)
+            piece = replace(piece, values=np.broadcast_to(np.float32(0.0), piece.values.shape))
+        self.pieces.append(piece)
+
+    def read(self) -> Generator[_Piece]:
+        """The pieces in the order in which they were added."""
+        if self.file is not None:
+            self.file.seek(0)
+        for piece in self.pieces:
+            if self.file is None:
+                yield piece
+                continue
+            values = np.empty(piece.values.shape, np.float32)
+            self.file.readinto(values.data.cast("B"))  # type: ignore[attr-defined]
+            yield replace(piece, values=values)
+
+
+def _keep_values(stack: ImageStack, count: int, held: ExitStack) -> _KeptValues | None:
+    """Room for the values of `count` planes, a file as long as it is `held`; None where they are too many."""
+    size_bytes = 4 * count * math.prod(stack.radiance.shape[1:3])
+    if size_bytes > KEPT_BYTES:
         return None
     try:
-        return scratch_array((count, height * width), np.float32, stack.folder)
-    except OutputError:
+        place = scratch_place(size_bytes, stack.folder)
+        return _KeptValues(None if place is None else held.enter_context(open_unnamed(place, size_bytes)))
+    except (OSError, OutputError):
         return None
 
 
-def _read_blocks(kept: NDArray[np.float32], height: int, width: int, photographs: int) -> Generator[_Block]:
-    """The blocks of `_blocks`, as they were kept."""
-    for first, last in row_blocks(height, width, photographs):
-        yield _Block(first, last, kept[:, first * width : last * width])
-        release(kept)
+def _project_pieces(
+    stack: ImageStack, used: NDArray[np.int64], mean: Array, vectors: Array, mask: NDArray[np.bool_] | None
+) -> Generator[_Piece]:
+    """The values of planes piece by piece; ranges are those of texels in the `mask` (H, W)."""
+    width, turned = stack.radiance.shape[2], vectors.T.astype(np.float32)
+    reader = make_reader(stack, used, mean.astype(np.float32))
 
+    def project(rows: tuple[int, int]) -> _Piece:
+        first, last = rows
+        values = np.empty((len(turned), (last - first) * width), np.float32)
+        for start, stop, block in reader.read_blocks(first, last):
+            values[:, (start - first) * width : (stop - first) * width] = turned @ block
+        own = values if mask is None else values[:, mask[first:last].ravel()]
+        return _Piece(first, last, values, own.min(axis=1, initial=np.inf), own.max(axis=1, initial=-np.inf))
 
-def _blocks(stack: ImageStack, used: NDArray[np.int64], mean: Array, vectors: Array) -> Generator[_Block]:
-    height, width = stack.radiance.shape[1:3]
-    turned, middle = vectors.T.astype(np.float32), mean.astype(np.float32)
-
-    def block(rows: tuple[int, int]) -> _Block:
-        return _Block(*rows, turned @ texels(stack, used, *rows, middle))
-
-    return side_by_side(block, row_blocks(height, width, len(used)))
+    return side_by_side(project, reader.list_pieces())

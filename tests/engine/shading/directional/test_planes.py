@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from engine.capture.coded_pixels import Curve, Decoding, FallOff, Window, arrays_of
 from engine.capture.stack import ImageStack
-from engine.core.colour import srgb_encode
+from engine.core.colour import srgb_decode, srgb_encode
 from engine.core.steps import drain
 from engine.shading.directional.functions import hemispherical, hsh, polynomial
 from engine.shading.directional.interpolation import (
@@ -23,8 +25,10 @@ from engine.shading.directional.interpolation import (
     rms,
     weights,
 )
-from engine.shading.directional.moments import Moments, moments, row_blocks, texels
+from engine.shading.directional.moments import Moments, make_reader, moments, row_blocks, texels
 from engine.shading.directional.planes import BUDGET, choose, components, directions, errors_by_planes, fit, sweep
+from engine.shading.directional.planes_kernel import round_values
+from engine.storage.file_array import FileArray
 from engine.storage.records import MAX_PLANES
 from tests.engine.domes import dome
 
@@ -204,10 +208,58 @@ def test_large_maps_are_projected_twice_to_the_same_planes(stack: ImageStack, mo
     used = np.arange(len(stack.sources))
     monkeypatch.setattr("engine.shading.directional.moments.BLOCK_VALUES", 3 * len(used) * stack.radiance.shape[2])
     once = drain(fit(stack, used))
+    monkeypatch.setattr("engine.storage.scratch.IN_MEMORY_BYTES", 0)
+    kept_in_file = drain(fit(stack, used))
     monkeypatch.setattr("engine.shading.directional.planes.KEPT_BYTES", 0)
     twice = drain(fit(stack, used))
-    np.testing.assert_array_equal(twice.planes, once.planes)
-    assert twice.in_sample == pytest.approx(once.in_sample, rel=1e-6)
+    for found in (kept_in_file, twice):
+        np.testing.assert_array_equal(found.planes, once.planes)
+        assert (found.in_sample, found.leave_one_out) == (once.in_sample, once.leave_one_out)
+
+
+@pytest.mark.parametrize("kind", ["distant", "grey", "near", "of 16 bits"])
+def test_a_stack_of_codes_has_the_map_of_its_radiance(
+    stack: ImageStack, kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Bit for bit, whether a code tells the value of a pixel by itself or not."""
+    count, height, width = stack.radiance.shape[:3]
+    bits, channels, random = 16 if kind == "of 16 bits" else 8, 1 if kind == "grey" else 3, np.random.default_rng(3)
+    most = (1 << bits) - 1
+    codes = (most * srgb_encode(np.clip(stack.radiance[:][..., :channels], 0.0, 1.0))).astype(f"uint{bits}")
+    path = tmp_path / "codes"
+    path.write_bytes(codes.tobytes())
+    file = FileArray(path, codes.shape, codes.dtype, 0, path.stat())
+    curve = Curve(srgb_decode(np.arange(most + 1) / most).astype(np.float32)[None], most)
+    near = FallOff(4.0, 0.7, 2.0) if kind == "near" else None
+    decodings = [
+        Decoding(curve, tuple(random.uniform(0.5, 2.0, 3)), None, near, float(np.float32(random.uniform(0.8, 1.2))))
+        for _ in range(count)
+    ]
+    radiance = arrays_of(file, tuple(decodings), Window(height, width))[0]
+    used = np.delete(np.arange(count), 4)
+    monkeypatch.setattr("engine.shading.directional.moments.BLOCK_VALUES", 3 * len(used) * width)
+    monkeypatch.setattr("engine.shading.directional.moments.PIECE_BYTES", 2 * 3 * len(used) * width)
+    coded = dataclasses.replace(stack, radiance=radiance)
+    assert (make_reader(coded, used).tables is not None) == (kind in ("distant", "grey"))
+    found, expected = (drain(fit(each, used)) for each in (coded, dataclasses.replace(stack, radiance=radiance[:])))
+    for name in ("planes", "low", "step", "mean", "vectors"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
+    assert found.leave_one_out == pytest.approx(expected.leave_one_out, rel=1e-12)
+
+
+def test_values_are_rounded_to_the_nearest_code() -> None:
+    """And what that changes counts inside the mask alone, where no value lies beyond the range."""
+    random = np.random.default_rng(5)
+    values = random.uniform(-5.0, 260.0, (2, 3 * 13)).astype(np.float32)
+    low, step = np.array([-1.0, 0.0], np.float32), np.array([0.5, 1.0], np.float32)
+    inside, planes, squares = random.random((5, 13)) < 0.6, np.full((2, 5, 13), 7, np.uint8), np.empty(2)
+    round_values(values, 1, low, step, inside, planes, squares)
+    scaled = (values - low[:, None]) / step[:, None]
+    expected = np.clip(np.rint(scaled), 0.0, 255.0)
+    np.testing.assert_array_equal(planes[:, 1:4].reshape(2, -1), expected.astype(np.uint8))
+    assert (planes[:, [0, 4]] == 7).all()
+    apart = (expected.astype(np.float64) - scaled)[:, inside[1:4].ravel()]
+    assert squares == pytest.approx((apart**2).sum(axis=1), rel=1e-6)
 
 
 def test_left_and_right_light_give_different_images(stack: ImageStack) -> None:
