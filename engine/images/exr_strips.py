@@ -222,9 +222,8 @@ def _unpack(body: bytes, size_bytes: int) -> NDArray[np.uint8]:
         raise ValueError(f"its rows do not unpack ({error})") from None
     if len(unpacked) != size_bytes:
         raise ValueError("its rows are too short")
-    differences = np.array(np.frombuffer(unpacked, np.uint8))
-    differences[1:] += np.uint8(128)
-    sorted_bytes = np.cumsum(differences, dtype=np.uint8)
+    sorted_bytes = imagecodecs.delta_decode(np.frombuffer(unpacked, np.uint8))
+    sorted_bytes[1::2] += np.uint8(128)  # of as many differences as a byte has before it, each of 128 too much
     plain = np.empty(size_bytes, np.uint8)
     middle = (size_bytes + 1) // 2
     plain[0::2], plain[1::2] = sorted_bytes[:middle], sorted_bytes[middle:]
