@@ -24,6 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.photograph.calibrate import lamp_distances
+from engine.capture.report import BLACK
+from engine.capture.tally import LUMINANCE32, Tally
 from engine.core.budget import thread_count
 from engine.core.kernels import scalar
 from engine.storage.file_array import FileArray, Piece
@@ -36,6 +38,9 @@ if TYPE_CHECKING:
 _PART_PIXELS, _FEW_PIXELS = 1 << 18, 1 << 20
 
 _Codes = NDArray[np.unsignedinteger]
+
+#: What a tally adds: sums by rows, numbers of clipped and of black pixels, and its grid.
+Counted = tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float32]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,13 +106,7 @@ class Window:
     left: int = 0
 
 
-def decode_rows(
-    codes: _Codes,
-    first: int,
-    decoding: Decoding,
-    window: Window,
-    into: NDArray[np.float32],
-) -> None:
+def decode_rows(codes: _Codes, first: int, decoding: Decoding, window: Window, into: NDArray[np.float32]) -> None:
     """Fill `into` (rows, W, 3) with the radiance of `codes` (rows, W, 1 or 3), from row `first` of the window on."""
     none, curve = np.empty(0), decoding.curve
     near = [(none, none), (none, none)]
@@ -121,6 +120,32 @@ def decode_rows(
     matrix = np.empty((0, 3), np.float32) if curve.matrix is None else curve.matrix
     factors = np.array(decoding.factors, np.float32)
     _decode(_plain(codes), curve.tables, matrix, factors, *near[0], *near[1], np.float32(decoding.gain), into)
+
+
+def count_rows(codes: _Codes, first: int, decoding: Decoding, window: Window, step: int) -> Counted:
+    """Count for `Tally.join` the radiance of `codes` (rows, W, 1 or 3), from row `first` of the window on.
+
+    `step` is that of the tally. Where a code tells the radiance by itself, no radiance is written: 2 ns a pixel.
+    """
+    tables = _tabulate(decoding)
+    if tables is None:
+        tally = Tally(step)
+        tally.add(*radiance_of(codes, first, decoding, window), first)
+        return tally.rows[0], np.array([[tally.clipped, tally.black]]), tally.grid[0]
+    sums, counts = np.empty((len(codes), 3)), np.empty((len(codes), 2), np.int64)
+    _count_plain(_plain(codes), tables, decoding.curve.white, LUMINANCE32, np.float32(BLACK), sums, counts)
+    some = codes[-first % step :: step, ::step]
+    return sums, counts, np.stack([tables[each, some[..., min(each, some.shape[2] - 1)]] for each in range(3)], axis=-1)
+
+
+def _tabulate(decoding: Decoding) -> NDArray[np.float32] | None:
+    """(3, E) radiance by codes of each channel; None where that of a pixel does not follow from the code of each
+    channel alone, as under a near lamp."""
+    curve = decoding.curve
+    if curve.matrix is not None or decoding.stated is not None or decoding.found is not None:
+        return None
+    factors = np.array(decoding.factors, np.float32)[:, None]
+    return np.asarray(curve.tables * factors * np.float32(decoding.gain), np.float32)
 
 
 def find_saturated(codes: _Codes, white: int, into: NDArray[np.bool_]) -> None:
@@ -196,6 +221,33 @@ def _find_full(codes: np.ndarray, white: np.unsignedinteger, saturated: np.ndarr
             saturated[row, column] = largest >= white
 
 
+@scalar
+def _count_plain(
+    codes: np.ndarray,
+    tables: np.ndarray,
+    white: int,
+    weights: np.ndarray,
+    black: np.float32,
+    sums: np.ndarray,
+    counts: np.ndarray,
+) -> None:
+    """Count the radiance that `tables` (3, E) have as `Tally.add` does; bound by the lookups and the sums, in order."""
+    second, third = min(1, codes.shape[2] - 1), codes.shape[2] - 1
+    for row in range(codes.shape[0]):
+        in_red, in_green, in_blue = 0.0, 0.0, 0.0
+        clipped, dark = 0, 0
+        for column in range(codes.shape[1]):
+            red, green, blue = codes[row, column, 0], codes[row, column, second], codes[row, column, third]
+            r, g, b = tables[0, red], tables[1, green], tables[2, blue]
+            in_red += r
+            in_green += g
+            in_blue += b
+            clipped += max(red, green, blue) >= white
+            dark += r * weights[0] + g * weights[1] + b * weights[2] < black
+        sums[row, 0], sums[row, 1], sums[row, 2] = in_red, in_green, in_blue
+        counts[row, 0], counts[row, 1] = clipped, dark
+
+
 @dataclass(frozen=True, eq=False)
 class CodedArray(FileArray):
     """An array that is made of codes in a file when it is read; shape and dtype are its own, the rest is of the file.
@@ -256,14 +308,10 @@ class CodedRadiance(CodedArray):
     def tabulate(self, planes: NDArray[np.int64]) -> NDArray[np.float32] | None:
         """(M, 256, 3) radiance by codes of 8 bits in these planes; None where that of a pixel does not follow from the
         code of each channel alone, as under a near lamp."""
-        decodings = [self.decodings[plane] for plane in planes]
-        is_one_by_one = all(one.curve.matrix is None and one.stated is None and one.found is None for one in decodings)
-        if self.codes is None or self.codes.dtype != np.uint8 or not is_one_by_one:
-            return None
-        codes, found = np.arange(256, dtype=np.uint8).reshape(1, 256, 1), np.empty((len(decodings), 256, 3), np.float32)
-        for decoding, into in zip(decodings, found, strict=True):
-            decode_rows(codes, 0, decoding, Window(1, 256), into[None])
-        return found
+        found = [_tabulate(self.decodings[plane]) for plane in planes]
+        tables = [each.T[:256] for each in found if each is not None]
+        is_coded = self.codes is not None and self.codes.dtype == np.uint8 and len(tables) == len(found)
+        return np.ascontiguousarray(np.stack(tables)) if is_coded else None
 
 
 @dataclass(frozen=True, eq=False)

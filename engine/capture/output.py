@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from engine.capture.calibration.separation import Separation
-from engine.capture.coded_pixels import Decoding, Window, radiance_of
+from engine.capture.coded_pixels import Counted, Decoding, Window, count_rows, radiance_of
 from engine.capture.output_region import View
 from engine.capture.registration.warp import warp
 from engine.capture.report import grid_step
@@ -221,24 +221,23 @@ class Output:
     def note_codes(self, index: int, written: Written, decoding: Decoding) -> Steps[Written]:
         """Give what was `written` of the codes of a light a tally of the radiance that `decoding` makes of them.
 
-        Bands are read and decoded on all cores, and tallied in their order.
+        Bands are read and counted on all cores, and added in their order.
         """
         region, codes, window = self.view.region, self.read_codes(index), self.window
         tally = Tally(grid_step(region.height, region.width))
-        making: deque[tuple[int, Future[tuple[NDArray[np.float32], NDArray[np.bool_]]]]] = deque()
+        making: deque[Future[Counted]] = deque()
 
-        def make(first: int, last: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-            return radiance_of(codes[first:last], first, decoding, window)
+        def count(first: int, last: int) -> Counted:
+            return count_rows(codes[first:last], first, decoding, window, tally.step)
 
         with ThreadPoolExecutor(thread_count(), thread_name_prefix="decoding") as pool:
             for first, last in self._bands_of_rows():
                 yield Step((index + first / region.height) / self._count, f"Measuring {index + 1} of {self._count}")
-                making.append((first, pool.submit(make, first, last)))
+                making.append(pool.submit(count, first, last))
                 if len(making) > thread_count():
-                    begun, made = making.popleft()
-                    tally.add(*made.result(), begun)
-            for begun, made in making:
-                tally.add(*made.result(), begun)
+                    tally.join(*making.popleft().result())
+            for counted in making:
+                tally.join(*counted.result())
         return Written(tally, written.crc32)
 
     def decode(self, coded: Coded, decoding: Decoding) -> TakeRows:

@@ -16,7 +16,8 @@ from engine.capture.report import BLACK
 from engine.core.colour import LUMINANCE
 from engine.core.kernels import scalar
 
-_WEIGHTS = np.asarray(LUMINANCE, np.float32)
+#: Weights of the channels in luminance, in single precision.
+LUMINANCE32 = np.asarray(LUMINANCE, np.float32)
 
 
 @dataclass(eq=False)
@@ -33,12 +34,16 @@ class Tally:
         """Count the band (rows, W, 3) and its saturation mask that begin at row `first` of the image."""
         sums = np.empty((band.shape[0], 3))
         counts = np.empty((band.shape[0], 2), np.int64)
-        _sum(band, mask, _WEIGHTS, np.float32(BLACK), sums, counts)
+        _sum(band, mask, LUMINANCE32, np.float32(BLACK), sums, counts)
+        self.join(sums, counts, band[-first % self.step :: self.step, :: self.step].copy())
+
+    def join(self, sums: NDArray[np.float64], counts: NDArray[np.int64], grid: NDArray[np.float32]) -> None:
+        """Add sums (rows, 3), numbers (any, 2) of clipped and of black pixels, and the grid of the next rows."""
         self.rows.append(sums)
         clipped, black = counts.sum(axis=0)
         self.clipped += int(clipped)
         self.black += int(black)
-        self.grid.append(band[-first % self.step :: self.step, :: self.step].copy())
+        self.grid.append(grid)
 
     def mean_radiance(self, pixels: int) -> float:
         """Mean luminance over all `pixels`."""

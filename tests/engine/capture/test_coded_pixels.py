@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from engine.capture import coded_pixels
 from engine.capture.calibration.correction import Correction
-from engine.capture.coded_pixels import Curve, Decoding, FallOff, Window, arrays_of, radiance_of
+from engine.capture.coded_pixels import Curve, Decoding, FallOff, Window, arrays_of, count_rows, radiance_of
 from engine.capture.import_plan import ImportSettings
 from engine.capture.import_stack import import_stack
 from engine.capture.lights.sources import find
 from engine.capture.photograph.calibration import Calibration
 from engine.capture.photograph.decode import read_photograph
 from engine.capture.stack import CODES, RADIANCE, RECORD, SATURATED, ImageStack, npy_header, open_stack
+from engine.capture.tally import Tally
 from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.images.codes import Coded
@@ -94,6 +95,12 @@ def test_what_is_read_has_the_bits_of_what_an_import_makes(
     rows = arrays[0].codes[0, 4:19]
     made = radiance_of(rows, 4, arrays[0].decodings[0], arrays[0].window)
     assert all(np.array_equal(found, values[0, 4:19]) for found, values in zip(made, expected, strict=True))
+    tally, counted = Tally(3), Tally(3)
+    tally.add(*made, 4)
+    counted.join(*count_rows(rows, 4, arrays[0].decodings[0], arrays[0].window, 3))
+    assert (counted.clipped, counted.black) == (tally.clipped, tally.black)
+    assert np.array_equal(counted.rows[0], tally.rows[0])
+    assert np.array_equal(counted.grid[0], tally.grid[0])
 
 
 def test_a_stack_of_codes_is_the_one_of_radiance(folder: Path, stack: ImageStack, tmp_path: Path) -> None:
