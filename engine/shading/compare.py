@@ -68,9 +68,9 @@ def compare(stack: ImageStack, used: NDArray[np.int64], slices: int = 8, most: i
         rows.append(Candidate(name, *errors, planes.bytes_per_texel, 3 * count, took, predict))
     excluded = [name for place, name in enumerate(stack.sources) if place not in used]
     started = time.perf_counter()
-    shading_map = yield from part(build(stack, slices, excluded=excluded), 0.75, 0.9)
+    yield from part(build(stack, slices, excluded=excluded), 0.75, 0.9)
     seconds = time.perf_counter() - started
-    shown = (yield from part(fidelity(stack, used, shading_map), 0.9, 1.0)).over(object_share(stack))
+    shown = (yield from part(fidelity(stack, used, slices), 0.9, 1.0)).over(object_share(stack))
     errors = (shown.leave_one_out, shown.in_sample)
     predict = by_brightness(stack.mean_radiance[used])
     rows.append(Candidate("shading-map", *errors, 12 * slices, 6, seconds, predict))

@@ -8,6 +8,7 @@ regular grid of at most 65,536 texels, of which alone the rows are read.
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,9 +19,9 @@ from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_encode
 from engine.core.figure_text import number
 from engine.core.health import Finding, Verdict
+from engine.core.side_by_side import side_by_side
 from engine.core.steps import Step, Steps
-from engine.shading.shading_map import ShadingMap
-from engine.storage.scratch import release
+from engine.shading.shading_map import sample_slices
 
 #: Share of the mean image's error from which a representation tells hardly more of the light than that image.
 HARDLY_BETTER = 0.9
@@ -75,36 +76,45 @@ class Fidelity:
         return Finding(Verdict.GOOD, text)
 
 
-def fidelity(stack: ImageStack, used: NDArray[np.int64], shading_map: ShadingMap) -> Steps[Fidelity]:
-    """The errors of the shading map that was made of the photographs `used`; black ones do not count."""
+def fidelity(stack: ImageStack, used: NDArray[np.int64], slices: int) -> Steps[Fidelity]:
+    """The errors of the shading map of so many `slices` of the photographs `used`; black ones do not count.
+
+    That map is made of the texels of the grid alone. One of the photographs has a positive mean.
+    """
     means = stack.mean_radiance[used]
     used, means = used[means > 0.0], means[means > 0.0]
     height, width = stack.radiance.shape[1:3]
     step = grid_step(height, width)
     rows, columns = slice(step // 2, height, step), slice(step // 2, width, step)
     radiance = np.empty((len(used), len(range(height)[rows]), len(range(width)[columns]), 3), np.float32)
-    for place, photograph in enumerate(used):
-        radiance[place] = stack.radiance[int(photograph), rows, columns]
-        yield Step(place / len(used), "comparing with the photographs")
     wanted = np.empty_like(radiance)
-    for place in range(len(used)):  # one by one, since encoding takes several copies
+
+    def read(place: int) -> int:
+        radiance[place] = stack.radiance[int(used[place]), rows, columns]
         wanted[place] = _codes(radiance[place])
-    slices = np.empty((len(shading_map.slices), *wanted.shape[1:]), np.float32)
-    for image, some in zip(shading_map.slices, slices, strict=True):
-        some[...] = image[rows, columns]
-        release(shading_map.slices)  # the system maps pages around those that are read
-    sampled = replace(shading_map, slices=slices, clipped=None)
+        return place
+
+    with closing(side_by_side(read, range(len(used)))) as places:
+        for place in places:
+            yield Step(0.5 * place / len(used), "comparing with the photographs")
+    sampled = sample_slices(radiance, means, slices)
     order = np.argsort(means, kind="stable")
     mean = wanted.mean(axis=0, dtype=np.float64)
-    squares = np.zeros((3, len(used)))
-    for place in range(len(used)):
+
+    def judge(place: int) -> tuple[float, float, float]:
+        """Mean squares of the shading map, of that of the others, and of their mean image."""
+        inside = _square(_codes(sampled.slice_image(float(means[place]))), wanted[place])
         others = [int(other) for other in order if other != place]
-        shown = sampled.slice_image(float(means[place]))
-        squares[0, place] = _square(_codes(shown), wanted[place])
-        if others:
-            left = bracket(radiance, means, others, float(means[place]))
-            squares[1, place] = _square(_codes(left), wanted[place])
-            squares[2, place] = _square(mean, wanted[place]) * (len(used) / (len(used) - 1)) ** 2
+        if not others:
+            return inside, 0.0, 0.0
+        left = _square(_codes(bracket(radiance, means, others, float(means[place]))), wanted[place])
+        return inside, left, _square(mean, wanted[place]) * (len(used) / (len(used) - 1)) ** 2
+
+    squares = np.empty((3, len(used)))
+    with closing(side_by_side(judge, range(len(used)))) as judged:
+        for place, found in enumerate(judged):
+            squares[:, place] = found
+            yield Step(0.5 + 0.5 * place / len(used), "comparing with the photographs")
     inside, out, plain = np.sqrt(squares.mean(axis=1))
     alone = len(used) < 2
     return Fidelity(np.nan if alone else float(out), float(inside), np.nan if alone else float(plain), len(used))

@@ -1,7 +1,8 @@
 """The representation of a material: the shading map of one arc, or planes for lamps on several sides.
 
 Each is judged by the photographs that it was not made of (`leave_one_out`); the one with the lesser error is taken. A
-capture along one arc has no azimuth to tell apart and keeps the shading map of Kautz2004.
+capture along one arc has no azimuth to tell apart and keeps the shading map of Kautz2004. For lamps on several sides a
+shading map is judged on a grid of texels, and made of all of them only where it is taken.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from engine.shading.directional.moments import moments
 from engine.shading.directional.outliers import outliers
 from engine.shading.directional.planes import BUDGET, DirectionalMap, fit_planes
 from engine.shading.fidelity import FEWEST, Fidelity, fidelity
-from engine.shading.shading_map import ShadingMap, build, include
+from engine.shading.shading_map import ShadingMap, build, check_brightest, check_light, include
 
 Representation = Literal["auto", "shading-map", "directional"]
 
@@ -105,20 +106,27 @@ def _choose(
     if wanted == "directional":
         _check_directions(stack, used)
         return (yield from _directional(stack, used, most))
-    sides = has_sides(stack, used)
-    share = 0.4 if wanted == "auto" and sides else 1.0
+    if wanted == "shading-map" or not has_sides(stack, used):
+        return (yield from _shading_map(stack, slices, used, excluded))
+    check_light(stack, used)
+    check_brightest(stack, used)
+    shown = (yield from part(fidelity(stack, used, slices), 0.0, 0.1)).over(object_share(stack))
+    planes = yield from part(_directional(stack, used, most), 0.1, 0.9)
+    if planes.shown.leave_one_out < shown.leave_one_out:
+        byte_counts = {**planes.bytes_per_texel, "shading-map": SLICE_BYTES * slices}
+        return replace(planes, others={"shading-map": shown}, bytes_per_texel=byte_counts)
+    plain = yield from part(_shading_map(stack, slices, used, excluded), 0.9, 1.0)
+    byte_counts = {**plain.bytes_per_texel, **planes.bytes_per_texel}
+    others = {"directional": planes.shown}
+    return replace(plain, others=others, bytes_per_texel=byte_counts, outliers=planes.outliers)
+
+
+def _shading_map(stack: ImageStack, slices: int, used: NDArray[np.int64], excluded: Collection[str]) -> Steps[Chosen]:
     started = time.perf_counter()
-    shading_map = yield from part(build(stack, slices, excluded=excluded), 0.0, 0.6 * share)
+    shading_map = yield from part(build(stack, slices, excluded=excluded), 0.0, 0.6)
     fit_s = time.perf_counter() - started
-    shown = yield from part(fidelity(stack, used, shading_map), 0.6 * share, share)
-    shown = shown.over(object_share(stack))
-    plain = Chosen(shading_map, shown, {}, fit_s, {"shading-map": SLICE_BYTES * len(shading_map.slices)})
-    if wanted == "shading-map" or not sides:
-        return plain
-    planes = yield from part(_directional(stack, used, most), share, 1.0)
-    best, other = (planes, plain) if planes.shown.leave_one_out < shown.leave_one_out else (plain, planes)
-    byte_counts = {**best.bytes_per_texel, **other.bytes_per_texel}
-    return Chosen(best.map, best.shown, {other.name: other.shown}, best.fit_s, byte_counts, planes.outliers)
+    shown = (yield from part(fidelity(stack, used, slices), 0.6, 1.0)).over(object_share(stack))
+    return Chosen(shading_map, shown, {}, fit_s, {"shading-map": SLICE_BYTES * len(shading_map.slices)})
 
 
 def has_sides(stack: ImageStack, used: NDArray[np.int64]) -> bool:

@@ -159,24 +159,61 @@ def build(
     """
     if slices < 2:
         raise UsageError(f"a shading map needs at least 2 slices, not {slices}")
-    where = stack.folder or "the stack"
     used = include(stack, excluded)
+    check_light(stack, used)
     used_means = stack.mean_radiance[used]
-    if not np.isfinite(used_means).all():
-        raise InputError(where, "its mean radiance is not finite", "Import the photographs again")
-    if not (used_means > 0).any():
-        raise InputError(where, "no light: every photograph is black", "Check the exposure and the dark frame")
     yield Step(0.0, "preparing to linearise")
     weights = np.zeros((slices, len(stack.radiance)))
     weights[:, used] = interpolation_weights(used_means, slices)
     linear, clipped, means = yield from _linearise(stack, weights, tile_rows)
     r_max = float(used_means.max())
     if not np.abs(means - target_radiance(r_max, slices)).max() <= MEAN_TOLERANCE * r_max:
-        raise InputError(where, "its mean radiances do not belong to its pixels", "Import the photographs again")
+        raise _other_pixels(stack)
     health = _health(stack, used, weights, clipped)
     release(clipped)
     order = tuple(int(photograph) for photograph in used[np.argsort(used_means, kind="stable")])
     return ShadingMap(linear, r_max, means, health, clipped if clipped.any() else None, order)
+
+
+def sample_slices(radiance: NDArray[np.float32], means: NDArray[np.float64], slices: int) -> ShadingMap:
+    """The shading map of some texels alone, with `radiance` (N, h, w, 3) in photographs of these `means` (N,).
+
+    Its slices have the bits of those of `build`. Its means are the targets, and nothing is known of what is clipped.
+    """
+    photographs, packed = _pack(interpolation_weights(means, slices))
+    shape = (slices, *radiance.shape[1:3])
+    found, clipped, sums = np.empty((*shape, 3), np.float32), np.zeros(shape, np.bool_), np.empty(shape[:2])
+    saturated = np.zeros(radiance.shape[:3], np.bool_)
+    linearise_rows(np.ascontiguousarray(radiance), saturated, photographs, packed, LUMINANCE, 0, found, clipped, sums)
+    r_max = float(means.max())
+    return ShadingMap(found, r_max, target_radiance(r_max, slices))
+
+
+def check_light(stack: ImageStack, used: NDArray[np.int64]) -> None:
+    """Raise InputError unless the means of the photographs `used` are finite and one of them is positive."""
+    where, means = stack.folder or "the stack", stack.mean_radiance[used]
+    if not np.isfinite(means).all():
+        raise InputError(where, "its mean radiance is not finite", "Import the photographs again")
+    if not (means > 0).any():
+        raise InputError(where, "no light: every photograph is black", "Check the exposure and the dark frame")
+
+
+def check_brightest(stack: ImageStack, used: NDArray[np.int64]) -> None:
+    """Raise InputError unless the largest mean of the photographs `used` is that of its pixels, which are read."""
+    brightest = int(used[np.argmax(stack.mean_radiance[used])])
+    _, height, width = stack.radiance.shape[:3]
+    rows, total = max(1, TILE_TEXELS // (4 * width)), 0.0
+    for start in range(0, height, rows):
+        band = np.asarray(stack.radiance[brightest, start : start + rows])
+        total += float(band.reshape(-1, 3).sum(axis=0, dtype=np.float64) @ LUMINANCE)
+    r_max = float(stack.mean_radiance[brightest])
+    if not abs(total / (height * width) - r_max) <= MEAN_TOLERANCE * r_max:
+        raise _other_pixels(stack)
+
+
+def _other_pixels(stack: ImageStack) -> InputError:
+    problem = "its mean radiances do not belong to its pixels"
+    return InputError(stack.folder or "the stack", problem, "Import the photographs again")
 
 
 def include(stack: ImageStack, excluded: Collection[str]) -> NDArray[np.int64]:
@@ -208,7 +245,7 @@ def _linearise(
         stop = min(start + rows, height)
         radiance, saturated = (_part(array, used, start, stop) for array in (stack.radiance, stack.saturated))
         slices = (np.asarray(linear), np.asarray(clipped), sums)
-        linearise_rows(radiance, saturated, photographs, packed, LUMINANCE, start, *slices)
+        linearise_rows(np.ascontiguousarray(radiance), saturated, photographs, packed, LUMINANCE, start, *slices)
         for array in (stack.radiance, linear, clipped):
             release(array)
         yield Step(stop / height, "linearising")

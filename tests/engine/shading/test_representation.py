@@ -9,12 +9,18 @@ import pytest
 
 from engine.core.errors import InputError
 from engine.core.health import Verdict
-from engine.core.steps import drain
+from engine.core.steps import Steps, drain
+from engine.shading import representation
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.fidelity import Fidelity
 from engine.shading.representation import check_worth, choose, has_sides
-from engine.shading.shading_map import ShadingMap
+from engine.shading.shading_map import ShadingMap, build, sample_slices
 from tests.engine.domes import dome
+
+
+def give(found: Fidelity) -> Steps[Fidelity]:
+    yield from ()
+    return found
 
 
 def test_photographs_that_are_left_out_choose_planes_for_a_dome() -> None:
@@ -24,6 +30,31 @@ def test_photographs_that_are_left_out_choose_planes_for_a_dome() -> None:
     assert found.health.verdict is Verdict.GOOD
     assert found.health.figures["directional_leave_one_out_rmse_srgb8"] == found.shown.leave_one_out
     check_worth(dome(), found)
+
+
+def test_a_shading_map_is_made_of_all_texels_only_where_it_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is judged on a grid, where it has the bits of the whole."""
+    stack, good = dome(), Fidelity(0.0, 0.0, 8.0, 12)
+    grid, whole = sample_slices(stack.radiance[:, 1:5], stack.mean_radiance, 4), drain(build(stack, 4))
+    np.testing.assert_array_equal(grid.slices, whole.slices[:, 1:5])
+    assert grid.r_max == whole.r_max
+    monkeypatch.setattr(representation, "build", None)
+    found = drain(choose(stack, 4))
+    assert found.bytes_per_texel == {"directional": len(found.map.planes), "shading-map": 48}  # type: ignore[union-attr]
+    monkeypatch.undo()
+    monkeypatch.setattr(representation, "fidelity", lambda *_: give(good))
+    taken = drain(choose(stack, 4))
+    assert isinstance(taken.map, ShadingMap)
+    np.testing.assert_array_equal(taken.map.slices, whole.slices)
+    assert (taken.shown, taken.others) == (good, {"directional": found.shown})
+    assert taken.bytes_per_texel == found.bytes_per_texel
+
+
+def test_means_that_do_not_belong_to_the_pixels_are_refused_before_a_choice() -> None:
+    stack = dome()
+    for means, text in ((1.001 * stack.mean_radiance, "do not belong"), (0.0 * stack.mean_radiance, "no light")):
+        with pytest.raises(InputError, match=text):
+            drain(choose(dataclasses.replace(stack, mean_radiance=means), 4))
 
 
 def test_one_arc_keeps_the_shading_map_and_weighs_nothing_else() -> None:
