@@ -9,9 +9,11 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing
 from typing import TypeVar
 
 from engine.core.budget import thread_count
+from engine.core.kernels import serial_kernels, threads_are_shared
 from engine.core.one_thread import one_thread
 
 Piece = TypeVar("Piece")
@@ -40,3 +42,17 @@ def side_by_side(
                 yield waiting.popleft().result()
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+def list_side_by_side(work: Callable[[Piece], Result], pieces: Iterable[Piece]) -> list[Result]:
+    """The results of `work` of each of `pieces`, whose parallel kernels take one thread meanwhile.
+
+    Pieces are worked through one after the other where two threads must not enter such kernels at once.
+    """
+
+    def work_alone(piece: Piece) -> Result:
+        with serial_kernels():
+            return work(piece)
+
+    with closing(side_by_side(work_alone, pieces, None if threads_are_shared() else 1)) as found:
+        return list(found)

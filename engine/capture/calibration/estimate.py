@@ -10,14 +10,14 @@ Texels are matte first; where that model errs and highlights explain the photogr
 Intervals join that scatter with a jackknife over groups of lamps, since what the model of a texel lacks (gloss,
 shadows, light that bounces) errs alike over the image but not from lamp to lamp.
 
-Cost: 2 s of one core for 60 photographs of matte texels and 6 s of glossy ones, whatever their size.
+Cost: 2 s of one core for 60 photographs of matte texels and 6 s of glossy ones, whatever their size. Sets of terms and
+halves of the image are fitted side by side.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from itertools import combinations
 from typing import Any
 
@@ -30,6 +30,7 @@ from engine.core.colour import srgb_encode
 from engine.core.figure_text import number, percent
 from engine.core.kernels import serial_kernels
 from engine.core.one_thread import one_thread
+from engine.core.side_by_side import list_side_by_side
 
 #: Least number of lamps from which each term is estimated.
 FEWEST = {"distance": 6, "gains": 9, "ambient": 8}
@@ -175,12 +176,13 @@ def _estimate(sample: Sample, directions: Array, allowed: Collection[str], start
     if not tried or len(sample.values) < 40:
         return Estimate(start, (), float("nan"))
     kind: Kind = "matte"
-    errors = cross_validate(sample, directions, start, kind)
+    errors = HeldOut(sample, directions, start, kind)
     kept = _choose_terms(tried, errors, sample)
     matte, matte_error = kept, float(errors(kept).mean())
     if matte_error > MATTE_ENOUGH:
         few = _sparse(sample)
-        others = cross_validate(few, directions, start, "glossy")
+        others = HeldOut(few, directions, start, "glossy")
+        others.find([kept, tried] if kept != tried else [kept])
         likely = min(float(others(terms).mean()) for terms in (kept, tried))
         if likely < MAYBE_GLOSSY * matte_error:
             terms = _choose_terms(tried, others, few)
@@ -188,21 +190,23 @@ def _estimate(sample: Sample, directions: Array, allowed: Collection[str], start
                 kind, sample, errors, kept = "glossy", few, others, terms
     final = _fit_from_several(sample, directions, kept, start, kind)
     spread = _jackknife(sample, directions, kept, final, kind)
-    changes = {
-        term: float(
-            np.quantile(_angles_between(fit(sample, directions, (), _put(final.rig, start, term), kind), final), 0.95)
-        )
-        for term in kept
-    }
+    changed = list_side_by_side(lambda term: fit(sample, directions, (), _put(final.rig, start, term), kind), kept)
+    angles = [float(np.quantile(_angles_between(each, final), 0.95)) for each in changed]
+    changes = dict(zip(kept, angles, strict=True))
     left = float(errors(kept).mean())
     squares, of_rivals = np.zeros(len(sample.values)), np.zeros(len(sample.values))
-    for rival in _subsets(tried) if left < HOPELESS else []:
-        share = float(errors(rival).mean()) / max(left, 1e-9) - 1.0
-        if rival != kept and share < MAX_SHARE:
-            likely = np.exp(-0.5 * (max(share - UNDECIDED, 0.0) / LESS_LIKELY) ** 2)
-            angle = _angles_between(_fit_from_several(sample, directions, rival, start, kind), final)
-            squares = np.maximum(squares, (likely * angle) ** 2)
-            of_rivals = np.maximum(of_rivals, angle) if share <= UNDECIDED else of_rivals
+    shares = {
+        rival: float(errors(rival).mean()) / max(left, 1e-9) - 1.0
+        for rival in _subsets(tried)
+        if left < HOPELESS and rival != kept
+    }
+    rivals = [rival for rival, share in shares.items() if share < MAX_SHARE]
+    fits = list_side_by_side(lambda rival: _fit_from_several(sample, directions, rival, start, kind), rivals)
+    for rival, found in zip(rivals, fits, strict=True):
+        likely = np.exp(-0.5 * (max(shares[rival] - UNDECIDED, 0.0) / LESS_LIKELY) ** 2)
+        angle = _angles_between(found, final)
+        squares = np.maximum(squares, (likely * angle) ** 2)
+        of_rivals = np.maximum(of_rivals, angle) if shares[rival] <= UNDECIDED else of_rivals
     if kind == "glossy" and matte_error < MATTE_FITS:  # a gloss that is not there looks like weak room light
         rig = fit(sample, directions, matte, start, "matte").rig
         squares = np.maximum(squares, _angles_between(fit(sample, directions, (), rig, kind), final) ** 2)
@@ -215,10 +219,9 @@ def _subsets(terms: tuple[str, ...]) -> list[tuple[str, ...]]:
     return [chosen for number in range(len(terms), -1, -1) for chosen in combinations(terms, number)]
 
 
-def _choose_terms(
-    tried: tuple[str, ...], errors: Callable[[tuple[str, ...]], Array], sample: Sample
-) -> tuple[str, ...]:
+def _choose_terms(tried: tuple[str, ...], errors: HeldOut, sample: Sample) -> tuple[str, ...]:
     """The terms of least error, of those sets in which each term is worth accepting beside the others."""
+    errors.find(_subsets(tried))
     worth = [
         terms
         for terms in _subsets(tried)
@@ -232,21 +235,36 @@ def _sparse(sample: Sample) -> Sample:
     return sample.of(np.arange(len(sample.values)) % max(1, len(sample.values) // GLOSSY_TEXELS) == 0)
 
 
-def cross_validate(sample: Sample, directions: Array, start: Rig, kind: Kind) -> Callable[[tuple[str, ...]], Array]:
-    """Function from terms to (T,) held-out errors, of rigs that are fitted on the other half of the image."""
-    row, column = np.divmod(sample.block, BLOCKS)
-    halves = [(row + column) % 2 == parity for parity in (0, 1)]
+class HeldOut:
+    """Held-out errors (T,) by terms, of rigs that are fitted on the other half of the image; each is found once."""
 
-    @cache
-    def errors(terms: tuple[str, ...]) -> Array:
-        found = np.empty(len(sample.values))
-        for half in halves:
-            here = sample.of(half)
-            rig = _fit_from_several(sample.of(~half), directions, terms, start, kind).rig
-            found[half] = typical(measure_held_out(here, directions, rig, kind), here.usable)
-        return found
+    def __init__(self, sample: Sample, directions: Array, start: Rig, kind: Kind) -> None:
+        self._how = directions, start, kind
+        row, column = np.divmod(sample.block, BLOCKS)
+        self._halves = [(row + column) % 2 == parity for parity in (0, 1)]
+        self._samples = [sample.of(half) for half in self._halves]
+        self._errors: dict[tuple[str, ...], Array] = {}
 
-    return errors
+    def __call__(self, terms: tuple[str, ...]) -> Array:
+        self.find([terms])
+        return self._errors[terms]
+
+    def find(self, several: Sequence[tuple[str, ...]]) -> None:
+        """Find the errors of several sets of terms, side by side."""
+        unknown = [terms for terms in several if terms not in self._errors]
+        parts = list_side_by_side(self._judge, [(terms, parity) for terms in unknown for parity in (0, 1)])
+        for terms, *both in zip(unknown, parts[::2], parts[1::2], strict=True):
+            found = np.empty(len(self._halves[0]))
+            for half, errors in zip(self._halves, both, strict=True):
+                found[half] = errors
+            self._errors[terms] = found
+
+    def _judge(self, piece: tuple[tuple[str, ...], int]) -> Array:
+        """The errors of one half of the image."""
+        (terms, parity), (directions, start, kind) = piece, self._how
+        here = self._samples[parity]
+        rig = _fit_from_several(self._samples[1 - parity], directions, terms, start, kind).rig
+        return typical(measure_held_out(here, directions, rig, kind), here.usable)
 
 
 def _fit_from_several(sample: Sample, directions: Array, terms: tuple[str, ...], start: Rig, kind: Kind) -> Fit:
@@ -284,15 +302,17 @@ def _jackknife(
 ) -> tuple[float, float]:
     """Deviations of the inverse distance and of room light over groups of lamps that are left out."""
     count = len(directions)
-    found = []
-    for group in range(GROUPS if {"distance", "ambient"} & set(terms) and count >= 3 * GROUPS else 0):
+    if not {"distance", "ambient"} & set(terms) or count < 3 * GROUPS:
+        return 0.0, 0.0
+
+    def fit_without(group: int) -> list[float]:
         kept = np.arange(count) % GROUPS != group
         part = replace(sample, values=sample.values[:, kept], usable=sample.usable[:, kept])
         start = replace(final.rig, log_gains=final.rig.log_gains[kept])
         rig = fit(part, directions[kept], terms, start, kind).rig
-        found.append([rig.nearness, *rig.ambient])
-    if not found:
-        return 0.0, 0.0
+        return [rig.nearness, *rig.ambient]
+
+    found = list_side_by_side(fit_without, range(GROUPS))
     variance = (GROUPS - 1) * np.var(np.array(found), axis=0)
     return float(np.sqrt(variance[0])), float(np.sqrt(variance[1:].mean()))
 
@@ -317,7 +337,7 @@ def _by_distance(squares: Array, positions: Array) -> tuple[float, float]:
 def _term(
     term: str,
     kept: tuple[str, ...],
-    errors: Callable[[tuple[str, ...]], Array],
+    errors: HeldOut,
     sample: Sample,
     final: Fit,
     spread: tuple[float, float],

@@ -14,6 +14,7 @@ megapixels.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -27,6 +28,7 @@ from engine.capture.calibration.rig import TERMS, Array, Kind, Rig, Sample, fit,
 from engine.capture.registration.texture import Grey, reduce
 from engine.core.kernels import serial_kernels
 from engine.core.one_thread import one_thread
+from engine.core.side_by_side import list_side_by_side
 from engine.core.steps import Step, Steps
 
 #: Pixels of the images that are registered as wholes, and of the windows in which shifts are refined.
@@ -119,11 +121,9 @@ def _chain(images: Sequence[Grey], directions: Array) -> Array:
     """(N, 2) shifts that agree best with those between neighbours."""
     edges = _neighbours(directions)
     taper = cv2.createHanningWindow(images[0].shape[::-1], cv2.CV_32F)
-    measured, sure = [], []
-    for one, other in edges:
-        shift, confidence = _pair(images[one], images[other], taper)
-        measured.append(shift)
-        sure.append(max(confidence, 1e-3) ** 2)
+    pairs = list_side_by_side(lambda edge: _pair(images[edge[0]], images[edge[1]], taper), edges)
+    measured = [shift for shift, _ in pairs]
+    sure = [max(confidence, 1e-3) ** 2 for _, confidence in pairs]
     count = len(images)
     matrix = np.zeros((len(edges), count))
     for row, edge in enumerate(edges):
@@ -202,12 +202,7 @@ def _refine(
         if turn in (0, 2):
             some = np.arange(len(values)) % max(1, len(values) // 600) == 0
             rig = fit(sample.of(some), directions, terms, rig, kind).rig
-        left = np.concatenate(
-            [
-                measure_held_out(sample.of(np.isin(np.arange(len(values)), chunk)), directions, rig, kind)
-                for chunk in np.array_split(np.arange(len(values)), max(1, len(values) * len(images) // 100_000))
-            ]
-        )
+        left = _measure_by_chunks(sample, directions, rig, kind)
         error = typical(left, sample.usable)
         if turn == rounds:
             break
@@ -224,6 +219,17 @@ def _refine(
     residual *= np.clip((_relative_errors(left) / LOST) ** 2, 1.0, MAX_GROWTH)
     residual *= GLOSSY_GROWTH if kind == "glossy" else 1.0
     return Motion(shifts, residual, 0.0, float(np.mean(error)), False)
+
+
+def _measure_by_chunks(sample: Sample, directions: Array, rig: Rig, kind: Kind) -> Array:
+    """(T, N) held-out residuals, of some texels at once."""
+    texels, count = sample.values.shape
+    chunks = np.array_split(np.arange(texels), max(1, texels * count // 100_000))
+
+    def measure(chunk: NDArray[np.int64]) -> Array:
+        return measure_held_out(sample.of(np.isin(np.arange(texels), chunk)), directions, rig, kind)
+
+    return np.concatenate(list_side_by_side(measure, chunks))
 
 
 def _relative_errors(left: Array) -> Array:
@@ -279,29 +285,37 @@ def _sample(values: Array, shape: tuple[int, ...], windows: list[tuple[slice, sl
 
 def _steps(values: Array, left: Array, windows: list[tuple[slice, slice]]) -> Array:
     """(blocks, N, 2) shifts left in each block of the windows, of photographs (T, N) with held-out residuals (T, N)."""
-    count, first, found = values.shape[1], 0, []
-    for rows, columns in windows:
-        size = (rows.stop - rows.start, columns.stop - columns.start)
-        here = slice(first, first + size[0] * size[1])
-        first = here.stop
-        shown = (values[here] - left[here]).T.reshape(count, *size)
-        off = left[here].T.reshape(count, *size)
-        limit = 4.0 * 1.4826 * np.median(np.abs(off), axis=(1, 2), keepdims=True) + 1e-9
-        weight = (np.abs(off) < limit).astype(np.float64)
-        blur = (0.0, 6.0, 6.0)
-        broad = ndimage.gaussian_filter(off * weight, blur) / (ndimage.gaussian_filter(weight, blur) + 1e-9)
-        off = off - broad
-        down, right = (np.asarray(np.gradient(shown, axis=axis), np.float64) for axis in (1, 2))
-        weight[:, :2], weight[:, -2:], weight[:, :, :2], weight[:, :, -2:] = 0.0, 0.0, 0.0, 0.0
-        parts = 2 if len(windows) > 1 else 3
-        for row in range(parts):
-            for column in range(parts):
-                lines, across = (
-                    slice(k * n // parts, (k + 1) * n // parts) for k, n in zip((row, column), size, strict=True)
-                )
-                w, r, d, e = (each[:, lines, across] for each in (weight, right, down, off))
-                rr, rd, dd = ((w * a * b).sum(axis=(1, 2)) for a, b in ((r, r), (r, d), (d, d)))
-                re, de = (-(w * a * e).sum(axis=(1, 2)) for a in (r, d))
-                determinant = rr * dd - rd * rd + 1e-3 * (rr + dd) ** 2 + 1e-30
-                found.append(np.stack([(dd * re - rd * de) / determinant, (rr * de - rd * re) / determinant], axis=-1))
-    return np.stack(found)
+    sizes = [(rows.stop - rows.start, columns.stop - columns.start) for rows, columns in windows]
+    ends = np.cumsum([height * width for height, width in sizes])
+    parts = 2 if len(windows) > 1 else 3
+
+    def find(place: int) -> list[Array]:
+        here = slice(ends[place] - math.prod(sizes[place]), ends[place])
+        return _steps_in_window(values[here], left[here], sizes[place], parts)
+
+    return np.stack([each for found in list_side_by_side(find, range(len(windows))) for each in found])
+
+
+def _steps_in_window(values: Array, left: Array, size: tuple[int, int], parts: int) -> list[Array]:
+    """(N, 2) of each of `parts` times as many blocks of one window of this `size`."""
+    count = values.shape[1]
+    shown, off = ((each.T).reshape(count, *size) for each in (values - left, left))
+    limit = 4.0 * 1.4826 * np.median(np.abs(off), axis=(1, 2), keepdims=True) + 1e-9
+    weight = (np.abs(off) < limit).astype(np.float64)
+    blur = (0.0, 6.0, 6.0)
+    broad = ndimage.gaussian_filter(off * weight, blur) / (ndimage.gaussian_filter(weight, blur) + 1e-9)
+    off = off - broad
+    down, right = (np.asarray(np.gradient(shown, axis=axis), np.float64) for axis in (1, 2))
+    weight[:, :2], weight[:, -2:], weight[:, :, :2], weight[:, :, -2:] = 0.0, 0.0, 0.0, 0.0
+    found = []
+    for row in range(parts):
+        for column in range(parts):
+            lines, across = (
+                slice(k * n // parts, (k + 1) * n // parts) for k, n in zip((row, column), size, strict=True)
+            )
+            w, r, d, e = (each[:, lines, across] for each in (weight, right, down, off))
+            rr, rd, dd = ((w * a * b).sum(axis=(1, 2)) for a, b in ((r, r), (r, d), (d, d)))
+            re, de = (-(w * a * e).sum(axis=(1, 2)) for a in (r, d))
+            determinant = rr * dd - rd * rd + 1e-3 * (rr + dd) ** 2 + 1e-30
+            found.append(np.stack([(dd * re - rd * de) / determinant, (rr * de - rd * re) / determinant], axis=-1))
+    return found

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from engine.capture.calibration.estimate import FEWEST, cross_validate
+from engine.capture.calibration.estimate import FEWEST, HeldOut
 from engine.capture.calibration.rig import TERMS, Array, Kind, Rig, Sample
 from engine.core.colour import srgb_decode, srgb_encode
 from engine.core.kernels import serial_kernels
@@ -76,7 +76,7 @@ def _measure(
     """Mean error of held-out photographs in each block in 8-bit levels, NaN where no texels are; and the mean of all
     over the brightness."""
     some = sample.of(np.arange(len(sample.values)) % max(1, len(sample.values) // TEXELS[kind]) == 0)
-    errors = cross_validate(some, directions, Rig.plain(len(directions)), kind)(terms)
+    errors = HeldOut(some, directions, Rig.plain(len(directions)), kind)(terms)
     ends = some.brightness, some.brightness * (1.0 + errors)
     low, high = (srgb_encode(each) for each in ends) if transfer == "srgb" else ends
     number = np.bincount(some.block, minlength=int(sample.block.max()) + 1)

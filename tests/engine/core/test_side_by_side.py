@@ -5,11 +5,12 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 
+import numba
 import numpy as np
 import pytest
 import threadpoolctl
 
-from engine.core.side_by_side import side_by_side
+from engine.core.side_by_side import list_side_by_side, side_by_side
 from tests.processes import alone
 
 
@@ -37,6 +38,20 @@ def test_results_come_in_the_order_of_the_pieces_also_where_the_first_ends_last(
         return piece * piece
 
     assert list(side_by_side(work, range(9), threads=2)) == [piece * piece for piece in range(9)]
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_parallel_kernels_of_pieces_take_one_thread(shared: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And pieces come one after the other where threads must not share them."""
+    monkeypatch.setattr("engine.core.side_by_side.threads_are_shared", lambda: shared)
+    monkeypatch.setattr("engine.core.side_by_side.thread_count", lambda: 2)
+    both = threading.Barrier(2 if shared else 1)
+
+    def work(piece: int) -> tuple[int, int]:
+        both.wait(60.0)
+        return piece, numba.get_num_threads()
+
+    assert list_side_by_side(work, range(4)) == [(piece, 1) for piece in range(4)]
 
 
 def test_no_more_than_twice_as_many_pieces_as_threads_are_begun_ahead() -> None:
