@@ -30,6 +30,7 @@ from engine.capture.lights.listed import Direction, Listed
 from engine.capture.noted import Noted, note
 from engine.capture.output import CodeForm, Output, Written, find_form
 from engine.capture.output_region import View, view_of
+from engine.capture.photograph.bayer import Mosaic
 from engine.capture.photograph.calibration import Calibration
 from engine.capture.photograph.decode import read_photograph
 from engine.capture.waiting import Pixels, WaitingLight
@@ -44,7 +45,7 @@ from engine.storage.atomic import passing_folder
 class AheadLight:
     """A light that lies at its place, `made_of` these pixels by the `numbers` of its calibration."""
 
-    made_of: Coded | Pixels
+    made_of: Coded | Mosaic | Pixels
     numbers: tuple[float, ...]
     noted: Noted
     written: Written
@@ -118,7 +119,7 @@ class WrittenAhead:
         radiance, saturated = photograph.radiance, photograph.saturated
         refuse_larger(path, radiance)
         is_plain = _is_plain(self._settings, listed.directions)
-        coded = kept.pixels if isinstance(kept.pixels, Coded) and self._settings.framing is None else None
+        coded = kept.coded if self._settings.framing is None else None
         form = None if coded is None else find_form(coded)
         output = self._open(len(listed.directions), saturated.shape, path.parent, form)
         if self._size != saturated.shape or numbers is None or kept.pixels is None or output.form != form:

@@ -1,14 +1,16 @@
 """Photographs of a stack as the codes of their files, and the radiance that is made of them when it is read.
 
-    radiance = max(table[code] * factor * stated fall-off - room light, 0) * found fall-off * gain
+    radiance = max(light * factor * stated fall-off - room light, 0) * found fall-off * gain
 
-in this order and in single precision, which are the operations of `engine.images.codes`,
-`engine.capture.photograph.calibration` and `engine.capture.calibration.correction`: what is read has the bits of a
-stack whose radiance was written. Codes are a half of radiance and saturation or less, so that large stacks stay in the
-memory that the system keeps of files, and what was found of a rig changes no bytes on the disk.
+in this order and in single precision, where light is the entry of a table at the code, or of RAW files what
+`engine.capture.photograph.bayer` makes of the samples around the pixel. These are the operations of
+`engine.images.codes`, `engine.capture.photograph.calibration` and `engine.capture.calibration.correction`: what is read
+has the bits of a stack whose radiance was written. Codes are a half of radiance and saturation or less, so that large
+stacks stay in the memory that the system keeps of files, and what was found of a rig changes no bytes on the disk.
 
 Cost: bound by the lookups and by the memory that is filled, 2 ns a pixel and thread of 8 bits and 3 of 16, with a near
-lamp 2 more, and 1 for saturation; more than a megapixel at once is decoded on all cores.
+lamp 2 more, and 1 for saturation; of mosaics by arithmetic, 6 ns. More than a megapixel at once is decoded on all
+cores.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.photograph.bayer import MARGIN, Sensor, find_span
 from engine.capture.photograph.calibrate import lamp_distances
 from engine.capture.report import BLACK
 from engine.capture.tally import LUMINANCE32, Tally
@@ -74,16 +77,21 @@ class Decoding:
 
     Attributes
     ----------
-    curve : light by codes. factors : (3,) of its channels.
+    curve : light by codes, or the sensor whose samples they are. factors : (3,) of its channels.
     stated, found : near lamps, as they were known before and as they were found; None for distant ones.
     gain : inverse of the intensity that was found.
     """
 
-    curve: Curve
+    curve: Curve | Sensor
     factors: tuple[float, float, float] = (1.0, 1.0, 1.0)
     stated: FallOff | None = None
     found: FallOff | None = None
     gain: float = 1.0
+
+    @property
+    def margin(self) -> int:
+        """Rows and columns around a pixel whose codes enter it."""
+        return find_margin(self.curve)
 
     def add_correction(self, correction: Correction | None, index: int) -> Decoding:
         """The decoding of photograph number `index` with what was found of the rig, but for room light."""
@@ -105,9 +113,37 @@ class Window:
     top: int = 0
     left: int = 0
 
+    def find_rows(self, first: int, last: int, margin: int) -> tuple[int, int]:
+        """Rows of the photographs whose codes enter the rows [first, last) of the part."""
+        return find_span(self.top + first, self.top + last, self.height, margin)
+
+    def find_columns(self, width: int, margin: int) -> tuple[int, int]:
+        """The same of columns of a part of this `width`."""
+        return find_span(self.left, self.left + width, self.width, margin)
+
+    def find_shape(self, height: int, width: int, margin: int) -> tuple[int, int]:
+        """Height and width of the codes that enter a part of this `height` and `width`."""
+        (top, bottom), (left, right) = self.find_rows(0, height, margin), self.find_columns(width, margin)
+        return bottom - top, right - left
+
+
+def is_same(one: Curve | Sensor, other: Curve | Sensor) -> bool:
+    """True where both give the same light of the same codes."""
+    if isinstance(one, Sensor):
+        return isinstance(other, Sensor) and one.is_same(other)
+    return isinstance(other, Curve) and one.is_same(other)
+
+
+def find_margin(curve: Curve | Sensor) -> int:
+    """Rows and columns around a pixel whose codes enter it."""
+    return MARGIN if isinstance(curve, Sensor) else 0
+
 
 def decode_rows(codes: _Codes, first: int, decoding: Decoding, window: Window, into: NDArray[np.float32]) -> None:
-    """Fill `into` (rows, W, 3) with the radiance of `codes` (rows, W, 1 or 3), from row `first` of the window on."""
+    """Fill `into` (rows, W, 3) with the radiance of `codes` (rows, W, 1 or 3), from row `first` of the window on.
+
+    Codes of a sensor are those of the rows and columns around as well, as far as photographs have them.
+    """
     none, curve = np.empty(0), decoding.curve
     near = [(none, none), (none, none)]
     columns = slice(window.left, window.left + into.shape[1])
@@ -117,21 +153,29 @@ def decode_rows(codes: _Codes, first: int, decoding: Decoding, window: Window, i
             angles = lamp.elevation, lamp.azimuth
             across, along = lamp_distances(window.height, window.width, lamp.distance, *angles, rows)
             near[place] = across[columns], along
-    matrix = np.empty((0, 3), np.float32) if curve.matrix is None else curve.matrix
+    lamps = *near[0], *near[1], np.float32(decoding.gain)
     factors = np.array(decoding.factors, np.float32)
-    _decode(_plain(codes), curve.tables, matrix, factors, *near[0], *near[1], np.float32(decoding.gain), into)
+    if isinstance(curve, Sensor):
+        _develop(codes, first, curve, window, into, np.empty(into.shape[:2], np.bool_))
+        _correct(factors, *lamps, into)
+        return
+    matrix = np.empty((0, 3), np.float32) if curve.matrix is None else curve.matrix
+    _decode(_plain(codes), curve.tables, matrix, factors, *lamps, into)
 
 
-def count_rows(codes: _Codes, first: int, decoding: Decoding, window: Window, step: int) -> Counted:
-    """Count for `Tally.join` the radiance of `codes` (rows, W, 1 or 3), from row `first` of the window on.
+def count_rows(
+    codes: _Codes, first: int, size: tuple[int, int], decoding: Decoding, window: Window, step: int
+) -> Counted:
+    """Count for `Tally.join` the radiance of `codes`, as `decode_rows`, of a part of this height and width.
 
     `step` is that of the tally. Where a code tells the radiance by itself, no radiance is written: 2 ns a pixel.
     """
     tables = _tabulate(decoding)
     if tables is None:
         tally = Tally(step)
-        tally.add(*radiance_of(codes, first, decoding, window), first)
+        tally.add(*radiance_of(codes, first, size, decoding, window), first)
         return tally.rows[0], np.array([[tally.clipped, tally.black]]), tally.grid[0]
+    assert isinstance(decoding.curve, Curve)
     sums, counts = np.empty((len(codes), 3)), np.empty((len(codes), 2), np.int64)
     _count_plain(_plain(codes), tables, decoding.curve.white, LUMINANCE32, np.float32(BLACK), sums, counts)
     some = codes[-first % step :: step, ::step]
@@ -140,20 +184,48 @@ def count_rows(codes: _Codes, first: int, decoding: Decoding, window: Window, st
 
 def _tabulate(decoding: Decoding) -> NDArray[np.float32] | None:
     """(3, E) radiance by codes of each channel; None where that of a pixel does not follow from the code of each
-    channel alone, as under a near lamp."""
+    channel alone, as under a near lamp or of a mosaic."""
     curve = decoding.curve
-    if curve.matrix is not None or decoding.stated is not None or decoding.found is not None:
+    if (
+        isinstance(curve, Sensor)
+        or curve.matrix is not None
+        or decoding.stated is not None
+        or decoding.found is not None
+    ):
         return None
     factors = np.array(decoding.factors, np.float32)[:, None]
     return np.asarray(curve.tables * factors * np.float32(decoding.gain), np.float32)
 
 
-def find_saturated(codes: _Codes, white: int, into: NDArray[np.bool_]) -> None:
-    """Fill `into` (rows, W) with where any of `codes` (rows, W, 1 or 3) is `white` or above."""
-    if white > np.iinfo(codes.dtype).max:
+def _develop(
+    codes: _Codes,
+    first: int,
+    sensor: Sensor,
+    window: Window,
+    radiance: NDArray[np.float32],
+    saturated: NDArray[np.bool_],
+) -> None:
+    """Light of the samples of a sensor."""
+    begin = _begin_of(first, window, saturated)
+    at = window.top + first, window.left
+    sensor.develop(codes[..., 0], begin, (window.height, window.width), at, radiance, saturated)
+
+
+def _begin_of(first: int, window: Window, part: NDArray[np.bool_]) -> tuple[int, int]:
+    """First row and column of the photograph whose samples enter a part from row `first` of the window on."""
+    return window.find_rows(first, first + len(part), MARGIN)[0], window.find_columns(part.shape[1], MARGIN)[0]
+
+
+def find_saturated(codes: _Codes, first: int, curve: Curve | Sensor, window: Window, into: NDArray[np.bool_]) -> None:
+    """Fill `into` (rows, W) with where any of `codes`, as in `decode_rows`, is at white or above."""
+    if isinstance(curve, Sensor):
+        at = window.top + first, window.left
+        size = window.height, window.width
+        curve.find_saturated(codes[..., 0], _begin_of(first, window, into), size, at, into)
+    elif curve.white > np.iinfo(codes.dtype).max:
         into[...] = False
-        return
-    _find_full(_plain(codes), codes.dtype.type(white), into)
+    else:
+        _find_full(_plain(codes), codes.dtype.type(curve.white), into)
 
 
 def _plain(codes: _Codes) -> _Codes:
@@ -201,14 +273,51 @@ def _decode(
             radiance[row, column, 0] = r * factors[0]
             radiance[row, column, 1] = g * factors[1]
             radiance[row, column, 2] = b * factors[2]
-        if len(stated_along) > 0:
-            _take_off(stated_across, stated_along[row], np.float32(1.0), scale, radiance[row])
-        if len(found_along) > 0:
-            _take_off(found_across, found_along[row], gain, scale, radiance[row])
-        elif gain != 1.0:
+        _take_lamps_off(row, stated_across, stated_along, found_across, found_along, gain, scale, radiance[row])
+
+
+@scalar
+def _correct(
+    factors: np.ndarray,
+    stated_across: np.ndarray,
+    stated_along: np.ndarray,
+    found_across: np.ndarray,
+    found_along: np.ndarray,
+    gain: np.float32,
+    radiance: np.ndarray,
+) -> None:
+    """The same of light that has been made. Bound by memory, and with a near lamp by its square roots."""
+    width = radiance.shape[1]
+    scale = np.empty(width, np.float32)
+    is_scaled = factors[0] != 1.0 or factors[1] != 1.0 or factors[2] != 1.0
+    for row in range(radiance.shape[0]):
+        if is_scaled:
             for column in range(width):
                 for channel in range(3):
-                    radiance[row, column, channel] *= gain
+                    radiance[row, column, channel] *= factors[channel]
+        _take_lamps_off(row, stated_across, stated_along, found_across, found_along, gain, scale, radiance[row])
+
+
+@scalar
+def _take_lamps_off(
+    row: int,
+    stated_across: np.ndarray,
+    stated_along: np.ndarray,
+    found_across: np.ndarray,
+    found_along: np.ndarray,
+    gain: np.float32,
+    scale: np.ndarray,
+    radiance: np.ndarray,
+) -> None:
+    """Take what is known of the lamp off a row (W, 3); `scale` (W,) is room."""
+    if len(stated_along) > 0:
+        _take_off(stated_across, stated_along[row], np.float32(1.0), scale, radiance)
+    if len(found_along) > 0:
+        _take_off(found_across, found_along[row], gain, scale, radiance)
+    elif gain != 1.0:
+        for column in range(len(scale)):
+            for channel in range(3):
+                radiance[column, channel] *= gain
 
 
 @scalar
@@ -254,7 +363,8 @@ class CodedArray(FileArray):
 
     Attributes
     ----------
-    codes : (N, H, W, 1 or 3). decodings : of the N photographs. window : the part of photographs that the codes show.
+    codes : (N, H, W, 1 or 3), with the margin of the decodings around. decodings : of the N photographs.
+    window : the part of photographs that the array shows.
     """
 
     codes: FileArray | None = None
@@ -279,6 +389,8 @@ class CodedArray(FileArray):
             for row, into in pieces
             for at in range(0, len(into), rows)
         ]
+        margin = self.decodings[0].margin if self.decodings else 0
+        top = self.window.find_rows(0, height, margin)[0]
         many = sum(len(into) for _, _, into in parts) * width > _FEW_PIXELS and thread_count() > 1
         running: deque[Future[None]] = deque()
         with ExitStack() as held:
@@ -286,8 +398,9 @@ class CodedArray(FileArray):
             threads = ThreadPoolExecutor(thread_count(), thread_name_prefix="decoding") if many else None
             pool = held.enter_context(threads) if threads is not None else None
             for plane, first, into in parts:
-                codes = np.empty((len(into), *self.codes.shape[2:]), self.codes.dtype)
-                read(codes, plane * height + first)
+                begin, end = self.window.find_rows(first, first + len(into), margin)
+                codes = np.empty((end - begin, *self.codes.shape[2:]), self.codes.dtype)
+                read(codes, plane * self.codes.shape[1] + begin - top)
                 if pool is None:
                     self.decode(codes, plane, first, into)
                     continue
@@ -319,22 +432,24 @@ class CodedSaturated(CodedArray):
     """(N, H, W) True where a channel is at white."""
 
     def decode(self, codes: _Codes, plane: int, first: int, into: NDArray[Any]) -> None:
-        find_saturated(codes, self.decodings[plane].curve.white, into)
+        find_saturated(codes, first, self.decodings[plane].curve, self.window, into)
 
 
-def arrays_of(codes: FileArray, decodings: tuple[Decoding, ...], window: Window) -> tuple[CodedArray, CodedArray]:
-    """Radiance and saturation of photographs by their codes."""
-    shape, of_file = codes.shape[:3], (codes.offset_bytes, codes.status, codes.header)
+def arrays_of(
+    codes: FileArray, decodings: tuple[Decoding, ...], window: Window, size: tuple[int, int]
+) -> tuple[CodedArray, CodedArray]:
+    """Radiance and saturation of photographs by their codes, of the part of this height and width."""
+    shape, of_file = (len(codes), *size), (codes.offset_bytes, codes.status, codes.header)
     how = codes, decodings, window
     radiance = CodedRadiance(codes.path, (*shape, 3), np.dtype(np.float32), *of_file, *how)
     return radiance, CodedSaturated(codes.path, shape, np.dtype(np.bool_), *of_file, *how)
 
 
 def radiance_of(
-    codes: _Codes, first: int, decoding: Decoding, window: Window
+    codes: _Codes, first: int, size: tuple[int, int], decoding: Decoding, window: Window
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Radiance (rows, W, 3) and saturation (rows, W) of `codes` (rows, W, 1 or 3), as `decode_rows`."""
-    radiance, saturated = np.empty((*codes.shape[:2], 3), np.float32), np.empty(codes.shape[:2], np.bool_)
+    """Radiance (rows, W, 3) and saturation (rows, W) of `codes`, as `decode_rows`, of a part of this `size`."""
+    radiance, saturated = np.empty((*size, 3), np.float32), np.empty(size, np.bool_)
     decode_rows(codes, first, decoding, window, radiance)
-    find_saturated(codes, decoding.curve.white, saturated)
+    find_saturated(codes, first, decoding.curve, window, saturated)
     return radiance, saturated

@@ -5,8 +5,8 @@ is the one that was decoded: the same file by its number, size and time of chang
 the same options. An import takes the lights to which nothing is done before they are aligned as they are, with what was
 noted of them; others it decodes from their codes. All numbers are those of an import that decodes anew.
 
-Cost: the codes of each photograph, 72 MB for 24 megapixels of 8 bits, or its pixels where it has none, four times that
-and more, in memory or in scratch files.
+Cost: the codes of each photograph, 72 MB for 24 megapixels of 8 bits, 48 of a mosaic, or its pixels where it has none,
+four times that and more, in memory or in scratch files.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.noted import Noted, note
+from engine.capture.photograph.bayer import Mosaic
 from engine.capture.photograph.decode import OPTIONS, Photograph, add_supply, drop_supply
 from engine.capture.photograph.exposures import Noted as NotedExposure
 from engine.capture.photograph.exposures import read_noted_exposure
@@ -59,12 +60,17 @@ class Kept:
     photograph: Photograph
     width: int
     height: int
-    pixels: Coded | Pixels | None
+    pixels: Coded | Mosaic | Pixels | None
     noted: Noted
     exposure: NotedExposure
     clipped: float
     black: float
     mean_radiance: float
+
+    @property
+    def coded(self) -> Coded | Mosaic | None:
+        """The codes or the mosaic; None where pixels are kept."""
+        return None if isinstance(self.pixels, Pixels) else self.pixels
 
 
 def mark_of(path: Path) -> Mark | None:
@@ -133,19 +139,22 @@ class Decoded:
         kept = self.find(path, options)
         if kept is None or kept.pixels is None:
             return None
-        if isinstance(kept.pixels, Coded):
+        if isinstance(kept.pixels, Pixels):
+            radiance, saturated, coded = kept.pixels.radiance.view(), kept.pixels.saturated.view(), None
+        else:
             radiance, saturated = kept.pixels.linear(0, kept.height)
             coded = kept.pixels if options.get("keep_codes") else None
-        else:
-            radiance, saturated, coded = kept.pixels.radiance.view(), kept.pixels.saturated.view(), None
         radiance.flags.writeable = saturated.flags.writeable = False
         return replace(kept.photograph, radiance=radiance, saturated=saturated, coded=coded)
 
-    def _pixels(self, photograph: Photograph) -> Coded | Pixels | None:
+    def _pixels(self, photograph: Photograph) -> Coded | Mosaic | Pixels | None:
         coded = photograph.coded
         try:
             if coded is None:
                 return Pixels(self._copy(photograph.radiance), self._copy(photograph.saturated))
+            if isinstance(coded, Mosaic):
+                assert isinstance(coded.codes, np.ndarray)
+                return replace(coded, codes=self._copy(coded.codes))
             # what is small would keep all the memory alive in which the decoder answered
             tables, matrix = coded.tables.copy(), None if coded.matrix is None else coded.matrix.copy()
             assert isinstance(coded.codes, np.ndarray)

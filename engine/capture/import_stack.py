@@ -47,7 +47,7 @@ from engine.capture.calibration.polarisation import PairTexels, separate, texel_
 from engine.capture.calibration.rig import TERMS, Rig, lamp_vectors
 from engine.capture.calibration.separation import gain_text
 from engine.capture.calibration.transfer import check_transfer
-from engine.capture.coded_pixels import Curve, Decoding, FallOff
+from engine.capture.coded_pixels import Curve, Decoding, FallOff, is_same
 from engine.capture.decoded import Kept, find_kept
 from engine.capture.detail import about_detail
 from engine.capture.doubts import check_angles, without_empty, without_unreadable
@@ -73,6 +73,7 @@ from engine.capture.noted import Noted, note, reduce_luminance, small
 from engine.capture.object_outline import ObjectOutline
 from engine.capture.output import BAND_PIXELS, RECORD_BYTES, CodeForm, CorrectRows, Output, Written, find_form
 from engine.capture.output_region import View, view_of
+from engine.capture.photograph.bayer import Mosaic, Sensor
 from engine.capture.photograph.decode import Photograph, ReadAhead, Unreadable
 from engine.capture.photograph.exposures import Exposure
 from engine.capture.photograph.radiometry import ExposureMerge
@@ -91,7 +92,7 @@ from engine.capture.report import (
 )
 from engine.capture.scale import magnification_of, scale_text
 from engine.capture.stack import CODES, DIFFUSE, RADIANCE, RECORD, SATURATED, ImageStack, kinds_of, open_stack
-from engine.capture.stack_record import CodesRecord, StackRecord, write_record
+from engine.capture.stack_record import CodesRecord, StackRecord, find_version, write_record
 from engine.capture.waiting import PAIR_BYTES, PIXEL_BYTES, CalibrateRows, CodedPixels, Pixels, WaitingLight
 from engine.core.colour import to_display8
 from engine.core.directions import surface_direction
@@ -269,7 +270,7 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: Output) -> St
     mask = _read_mask(plan, read.shape, alignment.reference, output.view)
     step = grid_step(region.height, region.width)
     shown = grid.reshape(len(grid), -1, 3) if mask is None else grid[:, mask[::step, ::step]]
-    crc32 = output.crc32
+    crc32, codes = output.crc32, _codes_record(read, output)
     space, gamut = measure_gamut(shown, plan.settings.working_space)
     quality = qualities([one.tally for one in output.written], pixels, read.noise_and_sharpness, alignment, errors)
     azimuths = compare_azimuths(grid, mean_radiance, sources.azimuth)
@@ -280,7 +281,7 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: Output) -> St
         report(names, mean_radiance, quality, sources.azimuth)
     )
     return StackRecord(
-        lightarc_stack=1 if output.form is None else 2,
+        lightarc_stack=find_version(codes),
         height_px=region.height,
         width_px=region.width,
         sources=names,
@@ -291,7 +292,7 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: Output) -> St
         radiance_crc32=crc32.get(RADIANCE),
         saturated_crc32=crc32.get(SATURATED),
         diffuse_crc32=crc32.get(DIFFUSE),
-        codes=_codes_record(read, output),
+        codes=codes,
         quality=quality,
         provenance={
             "software": f"lightarc {engine.__version__}",
@@ -400,7 +401,7 @@ def _find_known(plan: Plan, begun: Begun | None) -> dict[Path, tuple[Kept, Ahead
             continue
         factor = _factor(plan, index, path)
         numbers = plan.calibration.numbers(kept.photograph, *_angles(plan, index), factor)
-        form = find_form(kept.pixels) if isinstance(kept.pixels, Coded) and _writes_codes(plan) else None
+        form = find_form(kept.coded) if kept.coded is not None and _writes_codes(plan) else None
         is_fit = begun is not None and begun.form == form and (form is not None or _direct(plan))
         there = begun.find(index, kept, numbers) if begun is not None and is_fit else None
         if there is not None or plan.calibration.leaves(kept.photograph, factor):
@@ -428,7 +429,7 @@ def _take_known(
         _check_mask(plan, read)
     noted = kept.noted if there is None else there.noted
     _add_noted(read, replace(noted, grey=None) if still else noted)
-    coded = kept.pixels if isinstance(kept.pixels, Coded) else None
+    coded = kept.coded
     _note_form(plan, read, coded)
     if there is not None and read.form is None:
         _direct_output(plan, read, place, files).adopt(there.written)
@@ -445,7 +446,7 @@ def _take_known(
     yield Step(1.0, *_say_ready(plan, index, read))
 
 
-def _note_form(plan: Plan, read: _Read, coded: Coded | None) -> None:
+def _note_form(plan: Plan, read: _Read, coded: Coded | Mosaic | None) -> None:
     """Note what makes radiance of the codes of the light that has been read last, if these are what is written.
 
     Raises _OtherForms where codes have another form than those of the first light.
@@ -461,16 +462,20 @@ def _note_form(plan: Plan, read: _Read, coded: Coded | None) -> None:
     distance = plan.calibration.lamp_distance
     stated = FallOff(distance, *_angles(plan, index)) if math.isfinite(distance) else None
     red, green, blue = plan.calibration.factors(photograph, _factor(plan, index, photograph.path)).tolist()
-    matrix = None if coded.matrix is None else coded.matrix.copy()
-    curve = Curve(coded.tables.copy(), coded.white, matrix)  # a view would keep alive in what the decoder answered
-    known = next((each.curve for each in read.decodings if each.curve.is_same(curve)), curve)
+    curve: Curve | Sensor
+    if isinstance(coded, Mosaic):
+        curve = coded.sensor
+    else:
+        matrix = None if coded.matrix is None else coded.matrix.copy()
+        curve = Curve(coded.tables.copy(), coded.white, matrix)  # a view would keep alive in what the decoder answered
+    known = next((each.curve for each in read.decodings if is_same(each.curve, curve)), curve)
     read.decodings.append(Decoding(known, (red, green, blue), stated))
 
 
 def _keep_codes(
     plan: Plan,
     read: _Read,
-    coded: Coded,
+    coded: Coded | Mosaic,
     place: Path,
     files: ExitStack,
     *,
@@ -492,9 +497,12 @@ def _keep_codes(
         output.adopt(written)
         return
     read.stored.append(written)
-    there = replace(coded, codes=output.read_codes(index), tables=read.decodings[index].curve.tables)
-    there = replace(there, matrix=read.decodings[index].curve.matrix)
-    read.waiting.append(WaitingLight(CodedPixels(there, _calibration_of(plan, read)), stays=True))
+    curve, there = read.decodings[index].curve, output.read_codes(index)
+    if isinstance(coded, Coded) and isinstance(curve, Curve):
+        coded = replace(coded, codes=there, tables=curve.tables, matrix=curve.matrix)
+    else:
+        coded = replace(coded, codes=there)
+    read.waiting.append(WaitingLight(CodedPixels(coded, _calibration_of(plan, read)), stays=True))
 
 
 def _refuse_contradictions(plan: Plan, read: _Read) -> None:
@@ -625,10 +633,11 @@ def _keep(
         second = Pixels(others[0], saturated) if others else None
         read.waiting.append(WaitingLight(Pixels(radiance, saturated), second))
     else:
-        # what is small would keep all the memory alive in which the decoder answered
-        tables, matrix = photograph.coded.tables.copy(), photograph.coded.matrix
-        matrix = None if matrix is None else matrix.copy()
-        coded = replace(photograph.coded, codes=arrays[0], tables=tables, matrix=matrix)
+        coded = replace(photograph.coded, codes=arrays[0])
+        if isinstance(coded, Coded):  # what is small would keep all the memory alive in which the decoder answered
+            coded = replace(
+                coded, tables=coded.tables.copy(), matrix=None if coded.matrix is None else coded.matrix.copy()
+            )
         read.waiting.append(WaitingLight(CodedPixels(coded, _calibration_of(plan, read))))
 
 

@@ -4,7 +4,7 @@ or its codes, where what makes radiance of them can be applied whenever they are
 Each light has its place in the files, and its tally and checksums are its own, so that one that was written before the
 import began (`engine.capture.ahead`) is adopted as it lies there. The checksum of a file is joined of those of lights.
 Cost: bound by the disk, and by memory where the system keeps what is to be written: 13 bytes a pixel, of codes as many
-as their files hold when unpacked, 3 of 8 bits.
+as their files hold when unpacked, 3 of 8 bits and 2 of mosaics.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from numpy.typing import DTypeLike, NDArray
 from engine.capture.calibration.separation import Separation
 from engine.capture.coded_pixels import Counted, Decoding, Window, count_rows, radiance_of
 from engine.capture.output_region import View
+from engine.capture.photograph.bayer import MARGIN, Mosaic
 from engine.capture.registration.warp import warp
 from engine.capture.report import grid_step
 from engine.capture.stack import CODES, DIFFUSE, RADIANCE, SATURATED, npy_header
@@ -57,15 +58,17 @@ class Written:
 
 
 class CodeForm(NamedTuple):
-    """Kind of the codes of photographs, and number of channels of a pixel."""
+    """Kind of the codes of photographs, number of channels of a pixel, and rows and columns around it that enter it."""
 
     dtype: np.dtype[Any]
     channels: int
+    margin: int
 
 
-def find_form(coded: Coded) -> CodeForm:
+def find_form(coded: Coded | Mosaic) -> CodeForm:
     """The form of the codes of a photograph."""
-    return CodeForm(np.dtype(coded.codes.dtype), coded.codes.shape[2])
+    margin = MARGIN if isinstance(coded, Mosaic) else 0
+    return CodeForm(np.dtype(coded.codes.dtype), coded.codes.shape[2], margin)
 
 
 class Output:
@@ -91,15 +94,15 @@ class Output:
     ) -> None:
         shape = (count, view.region.height, view.region.width)
         kinds: dict[str, tuple[tuple[int, ...], DTypeLike]]
+        self.view, self.form, self.size = view, form, size
         if form is not None:
-            kinds = {CODES: ((*shape, form.channels), form.dtype)}
+            kinds = {CODES: (self._codes_shape(count, form), form.dtype)}
         else:
             kinds = {RADIANCE: ((*shape, 3), np.float32), SATURATED: (shape, np.bool_)}
         if separation is not None:
             kinds[DIFFUSE] = ((*shape, 3), np.float32)
         size_bytes = sum(math.prod(full) * np.dtype(kind).itemsize for full, kind in kinds.values())
         require_space(place, max(0, size_bytes - given_back) + RECORD_BYTES)
-        self.view, self.form, self.size = view, form, size
         self.written: list[Written] = []
         self._separation = separation
         self._count = count
@@ -186,16 +189,21 @@ class Output:
         self._finish_writing()
         return written
 
-    def write_codes(self, index: int, coded: Coded, take: TakeRows | None = None) -> Steps[Written]:
+    def write_codes(self, index: int, coded: Coded | Mosaic, take: TakeRows | None = None) -> Steps[Written]:
         """Write the codes of one light that the region of the view shows, and note the radiance that one can `take`."""
-        region = self.view.region
+        region, window, margin = self.view.region, self.window, find_form(coded).margin
         written = Written(Tally(grid_step(region.height, region.width)), {CODES: 0})
         self._finish_writing()
         self._files[CODES].seek(len(self._headers[CODES]) + index * self._light_bytes[CODES])
+        left, right = window.find_columns(region.width, margin)
+        begin, _ = window.find_rows(0, region.height, margin)
         for first, last in self._bands_of_rows():
             yield Step((index + first / region.height) / self._count, f"Writing {index + 1} of {self._count}")
-            rows = coded.codes[region.top + first : region.top + last]
-            codes = np.ascontiguousarray(rows[:, region.left : region.left + region.width])
+            end = window.top + last
+            if last == region.height:
+                _, end = window.find_rows(0, region.height, margin)
+            codes = np.ascontiguousarray(coded.codes[begin:end][:, left:right])
+            begin = end
             self._finish_writing()
             self._writing = self._writer.submit(self._write, {CODES: codes}, written.crc32)
             if take is not None:
@@ -212,23 +220,31 @@ class Output:
     def read_codes(self, index: int) -> Plane:
         """The codes of a light that lies at its place."""
         self._finish_writing()
-        file, header, region = self._files[CODES], self._headers[CODES], self.view.region
+        file, header = self._files[CODES], self._headers[CODES]
         assert self.form is not None
-        shape = (self._count, region.height, region.width, self.form.channels)
+        shape = self._codes_shape(self._count, self.form)
         status = Path(file.name).stat()
         return Plane(FileArray(Path(file.name), shape, self.form.dtype, len(header), status), index)
+
+    def _codes_shape(self, count: int, form: CodeForm) -> tuple[int, ...]:
+        """The shape of so many photographs of codes, with their margin."""
+        region = self.view.region
+        return count, *self.window.find_shape(region.height, region.width, form.margin), form.channels
 
     def note_codes(self, index: int, written: Written, decoding: Decoding) -> Steps[Written]:
         """Give what was `written` of the codes of a light a tally of the radiance that `decoding` makes of them.
 
         Bands are read and counted on all cores, and added in their order.
         """
-        region, codes, window = self.view.region, self.read_codes(index), self.window
+        region, codes, window, margin = self.view.region, self.read_codes(index), self.window, decoding.margin
+        top, _ = window.find_rows(0, region.height, margin)
         tally = Tally(grid_step(region.height, region.width))
         making: deque[Future[Counted]] = deque()
 
         def count(first: int, last: int) -> Counted:
-            return count_rows(codes[first:last], first, decoding, window, tally.step)
+            begin, end = window.find_rows(first, last, margin)
+            size = last - first, region.width
+            return count_rows(codes[begin - top : end - top], first, size, decoding, window, tally.step)
 
         with ThreadPoolExecutor(thread_count(), thread_name_prefix="decoding") as pool:
             for first, last in self._bands_of_rows():
@@ -240,13 +256,15 @@ class Output:
                 tally.join(*counted.result())
         return Written(tally, written.crc32)
 
-    def decode(self, coded: Coded, decoding: Decoding) -> TakeRows:
+    def decode(self, coded: Coded | Mosaic, decoding: Decoding) -> TakeRows:
         """Function from rows of the region to the radiance that `decoding` makes of `coded`, a whole photograph."""
-        window = self.window
+        window, width = self.window, self.view.region.width
+        left, right = window.find_columns(width, decoding.margin)
 
         def take(first: int, last: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-            rows = coded.codes[window.top + first : window.top + last]
-            return radiance_of(rows[:, window.left : window.left + self.view.region.width], first, decoding, window)
+            begin, end = window.find_rows(first, last, decoding.margin)
+            codes = coded.codes[begin:end][:, left:right]
+            return radiance_of(codes, first, (last - first, width), decoding, window)
 
         return take
 

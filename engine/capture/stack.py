@@ -1,11 +1,11 @@
 """The stack of linear photographs that everything after the import works on, and the folder that holds it.
 
 A stack folder holds `stack.json` (`engine.capture.stack_record`), and `codes.npy` where pixels are codes of the
-photographs, of which the record says what makes radiance of them (`engine.capture.coded_pixels`); else `radiance.npy`
-and `saturated.npy`, and `diffuse.npy` where the photographs are pairs under polarisers. It is treated as hostile when
-it is opened: sizes, shapes and kinds are compared with the record, then the checksums of all pixels (about 0.5 s for a
-gigabyte). Stacks of before there were checksums open as well, with a note in their health. The pixels stay on disk and
-are read when they are needed.
+photographs or mosaics of RAW files, of which the record says what makes radiance of them
+(`engine.capture.coded_pixels`); else `radiance.npy` and `saturated.npy`, and `diffuse.npy` where the photographs are
+pairs under polarisers. It is treated as hostile when it is opened: sizes, shapes and kinds are compared with the
+record, then the checksums of all pixels (about 0.5 s for a gigabyte). Stacks of before there were checksums open as
+well, with a note in their health. The pixels stay on disk and are read when they are needed.
 """
 
 from __future__ import annotations
@@ -173,7 +173,9 @@ def open_stack(
             decodings = record.codes.decodings()
         except ValueError as error:
             raise InputError(place / RECORD, f"is damaged ({error})", _AGAIN) from None
-        arrays[RADIANCE], arrays[SATURATED] = arrays_of(arrays[CODES], decodings, record.codes.window)
+        arrays[RADIANCE], arrays[SATURATED] = arrays_of(
+            arrays[CODES], decodings, record.codes.window, (record.height_px, record.width_px)
+        )
     return ImageStack(
         radiance=arrays[RADIANCE],
         saturated=arrays[SATURATED],
@@ -194,7 +196,8 @@ def kinds_of(record: StackRecord) -> dict[str, tuple[tuple[int, ...], DTypeLike]
     """Shape and kind of the arrays in the files of a stack, by the names of these."""
     shape = (len(record.sources), record.height_px, record.width_px)
     if record.codes is not None:
-        return {CODES: ((*shape, record.codes.channels), record.codes.dtype)}
+        size = record.codes.find_shape(record.height_px, record.width_px)
+        return {CODES: ((len(record.sources), *size, record.codes.channels), record.codes.dtype)}
     files: dict[str, tuple[tuple[int, ...], DTypeLike]] = {
         RADIANCE: ((*shape, 3), np.float32),
         SATURATED: (shape, np.bool_),
@@ -209,7 +212,8 @@ def _checksum_of(record: StackRecord, name: str) -> int | None:
     if record.codes is None:
         known = {RADIANCE: record.radiance_crc32, SATURATED: record.saturated_crc32, DIFFUSE: record.diffuse_crc32}
         return known[name]
-    light_bytes = record.height_px * record.width_px * record.codes.channels * record.codes.dtype.itemsize
+    (_, *of_light), kind = kinds_of(record)[CODES]
+    light_bytes = math.prod(of_light) * np.dtype(kind).itemsize
     joined = 0
     for each in record.codes.photographs:
         joined = join_crc32(joined, each.crc32, light_bytes)

@@ -16,7 +16,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from engine.capture.coded_pixels import Curve, Decoding, FallOff, Window
+from engine.capture.coded_pixels import Curve, Decoding, FallOff, Window, is_same
+from engine.capture.photograph.bayer import MARGIN, Sensor
 from engine.capture.report import Quality
 from engine.core.errors import InputError
 from engine.storage.records import HealthRecord, seal
@@ -42,6 +43,12 @@ SEAL = "record_sha256"
 #: Most curves of the photographs of a stack, which are one or as many as the profiles of their files, and largest
 #: light by a table and number of a matrix.
 CURVES_LIMIT, _LARGEST_LIGHT, _LARGEST_ENTRY = 16, 1e15, 1e6
+
+#: Most photographs of a stack, each of which may have its own balance and so its own record of a sensor.
+PHOTOGRAPHS_LIMIT = 100_000
+
+#: Range of the levels of a sensor, whose samples have 16 bits, and least number between black and white.
+_LEVELS, _MIN_SPAN = (-1e6, 1e6), 1e-3
 
 _Positive = Annotated[float, Field(gt=0.0, le=1e9)]
 _Crc32 = Annotated[int, Field(ge=0, lt=1 << 32)]
@@ -91,6 +98,39 @@ class CurveRecord(_Strict):
         return Curve(tables, self.white, matrix)
 
 
+class SensorRecord(_Strict):
+    """Record of how light is made of the samples of a sensor, by numbers of its 2 × 2 sites and of the matrix."""
+
+    demosaic: Literal["malvar2004"] = "malvar2004"
+    black: list[Annotated[float, Field(ge=_LEVELS[0], le=_LEVELS[1])]] = Field(min_length=4, max_length=4)
+    white: list[Annotated[float, Field(ge=_LEVELS[0], le=_LEVELS[1])]] = Field(min_length=4, max_length=4)
+    colours: list[Annotated[int, Field(ge=0, le=2)]] = Field(min_length=4, max_length=4)
+    matrix: list[Annotated[float, Field(ge=-_LARGEST_ENTRY, le=_LARGEST_ENTRY)]] = Field(min_length=9, max_length=9)
+    orientation: int = Field(ge=1, le=8)
+
+    @classmethod
+    def describe(cls, sensor: Sensor) -> SensorRecord:
+        """The record of a sensor."""
+        return cls(
+            black=sensor.black.ravel().tolist(),
+            white=sensor.white.ravel().tolist(),
+            colours=sensor.colours.ravel().tolist(),
+            matrix=sensor.matrix.astype(np.float64).ravel().tolist(),
+            orientation=sensor.orientation,
+        )
+
+    def restore(self) -> Sensor:
+        """The sensor; ValueError where its numbers do not fit together."""
+        black, white = (np.array(each, np.float64).reshape(2, 2) for each in (self.black, self.white))
+        if not (white - black >= _MIN_SPAN).all():
+            raise ValueError("a white level is not above black")
+        colours, matrix = np.array(self.colours, np.int64).reshape(2, 2), np.array(self.matrix, np.float32)
+        try:
+            return Sensor(black, white, colours, matrix.reshape(3, 3), self.orientation)
+        except TypeError as error:
+            raise ValueError(str(error)) from None
+
+
 class FallOffRecord(_Strict):
     """Record of a near lamp: its distance in widths of the image, and its angles."""
 
@@ -115,7 +155,7 @@ class CodedRecord(_Strict):
     of the checksum of its codes."""
 
     crc32: _Crc32
-    curve: int = Field(ge=0, lt=CURVES_LIMIT)
+    curve: int = Field(ge=0, lt=PHOTOGRAPHS_LIMIT)
     factors: list[_Positive] = Field(min_length=3, max_length=3)
     stated: FallOffRecord | None = None
     found: FallOffRecord | None = None
@@ -130,34 +170,40 @@ class CodesRecord(_Strict):
     bits, channels : of a code, and of a pixel.
     photograph_px, corner_px : width and height of the photographs, and column and row at which the codes begin.
     curves : those of the photographs. photographs : one for each, in the order of the sources.
+    sensors : in place of curves, of samples of RAW files, which are there for the rows and columns around as well.
     """
 
     bits: Literal[8, 16]
     channels: Literal[1, 3]
     photograph_px: list[Annotated[int, Field(ge=1, le=1 << 20)]] = Field(min_length=2, max_length=2)
     corner_px: list[Annotated[int, Field(ge=0, lt=1 << 20)]] = Field(min_length=2, max_length=2)
-    curves: list[CurveRecord] = Field(min_length=1, max_length=CURVES_LIMIT)
-    photographs: list[CodedRecord] = Field(min_length=1, max_length=100_000)
+    curves: list[CurveRecord] = Field(max_length=CURVES_LIMIT)
+    photographs: list[CodedRecord] = Field(min_length=1, max_length=PHOTOGRAPHS_LIMIT)
+    sensors: list[SensorRecord] = Field(default=[], max_length=PHOTOGRAPHS_LIMIT)
 
     @model_validator(mode="after")
     def _check_curves(self) -> CodesRecord:
-        if any(each.curve >= len(self.curves) for each in self.photographs):
+        if bool(self.curves) == bool(self.sensors):
+            raise ValueError("codes have either curves or sensors")
+        if any(each.curve >= len(self.curves or self.sensors) for each in self.photographs):
             raise ValueError("a photograph has a curve that is not there")
+        if self.sensors and ((self.bits, self.channels) != (16, 1) or min(self.photograph_px) <= MARGIN):
+            raise ValueError("samples of a sensor have 16 bits and one channel")
         return self
 
     @classmethod
     def describe(
         cls,
-        codes: tuple[np.dtype[Any], int],
+        codes: tuple[np.dtype[Any], int, int],
         window: Window,
         decodings: Sequence[Decoding],
         checksums: Sequence[int],
     ) -> CodesRecord:
-        """The record of photographs by their `decodings`; `codes` are the kind and the channels of theirs."""
-        curves: list[Curve] = []
+        """The record of photographs by their `decodings`; `codes` are kind, channels and margin of theirs."""
+        curves: list[Curve | Sensor] = []
         found = []
         for each, crc32 in zip(decodings, checksums, strict=True):
-            at = next((at for at, known in enumerate(curves) if known.is_same(each.curve)), len(curves))
+            at = next((at for at, known in enumerate(curves) if is_same(known, each.curve)), len(curves))
             curves += [each.curve] if at == len(curves) else []
             lamps = FallOffRecord.describe(each.stated), FallOffRecord.describe(each.found)
             factors = [float(factor) for factor in each.factors]
@@ -171,8 +217,9 @@ class CodesRecord(_Strict):
             channels=codes[1],  # type: ignore[arg-type]
             photograph_px=[window.width, window.height],
             corner_px=[window.left, window.top],
-            curves=[CurveRecord.describe(curve) for curve in curves],
+            curves=[CurveRecord.describe(curve) for curve in curves if isinstance(curve, Curve)],
             photographs=found,
+            sensors=[SensorRecord.describe(curve) for curve in curves if isinstance(curve, Sensor)],
         )
 
     @property
@@ -186,9 +233,14 @@ class CodesRecord(_Strict):
         """Kind of the codes."""
         return np.dtype(np.uint8 if self.bits == 8 else np.uint16)
 
+    def find_shape(self, height: int, width: int) -> tuple[int, int]:
+        """Height and width of the codes of a part of this `height` and `width`."""
+        return self.window.find_shape(height, width, MARGIN if self.sensors else 0)
+
     def decodings(self) -> tuple[Decoding, ...]:
         """Decodings of the photographs; ValueError where tables are damaged."""
-        curves = [curve.restore(1 << self.bits) for curve in self.curves]
+        curves: list[Curve | Sensor] = [curve.restore(1 << self.bits) for curve in self.curves]
+        curves += [sensor.restore() for sensor in self.sensors]
         return tuple(
             Decoding(
                 curves[one.curve],
@@ -202,12 +254,13 @@ class CodesRecord(_Strict):
 
 
 class StackRecord(_Strict):
-    """`stack.json`: everything but the pixels. It is 2 where these are `codes`, of which older versions do not know."""
+    """`stack.json`: everything but the pixels. It is 2 where these are `codes`, and 3 where they are samples of a
+    sensor, of which older versions do not know."""
 
-    lightarc_stack: Literal[1, 2]
+    lightarc_stack: Literal[1, 2, 3]
     height_px: int = Field(ge=1, le=1 << 20)
     width_px: int = Field(ge=1, le=1 << 20)
-    sources: list[str] = Field(min_length=2, max_length=100_000)
+    sources: list[str] = Field(min_length=2, max_length=PHOTOGRAPHS_LIMIT)
     elevations_deg: list[float]
     azimuths_deg: list[float] | None
     angle_source: Literal[
@@ -235,7 +288,7 @@ class StackRecord(_Strict):
             raise ValueError("elevations_deg do not rise from 0 to 90")
         if self.codes is not None:
             self._refuse_other_codes(self.codes)
-        if (self.lightarc_stack == 2) != (self.codes is not None):
+        if self.lightarc_stack != find_version(self.codes):
             raise ValueError("codes do not belong to the version of the record")
         return self
 
@@ -262,6 +315,13 @@ class StackRecord(_Strict):
         return self.elevations_deg[0] >= 0.0 and self.elevations_deg[-1] <= 90.0
 
 
+def find_version(codes: CodesRecord | None) -> Literal[1, 2, 3]:
+    """The version of the record of a stack with these codes."""
+    if codes is None:
+        return 1
+    return 3 if codes.sensors else 2
+
+
 def _list_ranges(record: StackRecord) -> Iterator[tuple[Any, tuple[float, float]]]:
     """Parts of a record that hold numbers, with the range of each."""
     yield record.mean_radiance, (-MAX_NUMBER, MAX_NUMBER)
@@ -285,6 +345,8 @@ def write_record(record: StackRecord) -> bytes:
     value = record.model_dump(mode="json")
     if record.codes is None:  # as older versions know it
         del value["codes"]
+    elif not record.codes.sensors:
+        del value["codes"]["sensors"]
     return json.dumps({**value, SEAL: seal(value)}, indent=1, ensure_ascii=False, allow_nan=False).encode()
 
 

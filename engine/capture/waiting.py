@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.photograph.bayer import Mosaic
 from engine.images.codes import Coded
 from engine.storage.scratch import release
 
@@ -62,7 +63,7 @@ class Pixels:
 class CodedPixels:
     """Codes of a photograph, and what is done to rows of the light that is made of them; otherwise as `Pixels`."""
 
-    coded: Coded
+    coded: Coded | Mosaic
     calibrate: CalibrateRows
 
     @property

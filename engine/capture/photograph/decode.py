@@ -88,7 +88,8 @@ class Photograph:
         None where the camera does not say.
     matrix_source : of RAW files, what the camera matrix comes from: 'LibRaw', 'the file', or '' where there is none.
     credits : title, author, licence, copyright and source by these names, as far as the file states them.
-    coded : what radiance and saturation are made from, where that was asked for and they are made by tables.
+    coded : what radiance and saturation are made from, where that was asked for: codes that tables decode, or the
+        mosaic of a Bayer sensor.
     """
 
     radiance: NDArray[np.float32]
@@ -112,7 +113,7 @@ class Photograph:
     plateaus: tuple[float, ...] = ()
     profile: str = ""
     matrix_source: str = ""
-    coded: Coded | None = None
+    coded: Coded | bayer.Mosaic | None = None
     focal_mm: float | None = None
     distance_m: float | None = None
     pitch_mm: float | None = None
@@ -142,7 +143,7 @@ def read_photograph(
     orientation, white_code : EXIF orientation, and full scale of 16 bits, instead of those of an image, where not 0.
     white_samples : samples of red, green and blue from which on a floating-point image is saturated; none without.
     bands : of an image, from 1: one that becomes grey, or three that become red, green and blue; its colours without.
-    keep_codes : keep what pixels are made from as well, where tables make them and the image is not halved.
+    keep_codes : keep what pixels are made from as well, codes or a mosaic, where the image is not halved.
     """
     options: dict[str, Any] = {"white_balance": white_balance, "transfer": transfer, "half_size": half_size}
     options |= {"orientation": orientation, "white_code": white_code, "bands": bands}
@@ -248,7 +249,7 @@ def _build(arrays: Callable[[tuple[int, ...], DTypeLike], NDArray[Any]], **field
             value.flags.writeable = False
         elif isinstance(value, list):
             fields[name] = tuple(value)
-    coded: Coded | None = None
+    coded: Coded | bayer.Mosaic | None = None
     if "codes" in fields:
         codes: NDArray[Any] = fields["codes"]
         coded = Coded(**{name: fields.pop(name) for name in ("codes", "tables", "white", "matrix") if name in fields})
@@ -259,11 +260,14 @@ def _build(arrays: Callable[[tuple[int, ...], DTypeLike], NDArray[Any]], **field
         release(codes)
         fields["radiance"], fields["saturated"] = pixels
     elif "mosaic" in fields:
-        mosaic = _take_mosaic(fields)
-        pixels = arrays((*mosaic.shape, 3), np.float32), arrays(mosaic.shape, np.bool_)
-        mosaic.develop_into(*pixels)
-        release(mosaic.samples)
-        fields["radiance"], fields["saturated"] = pixels
+        coded = _take_mosaic(fields)
+        if "radiance" not in fields:
+            pixels = arrays((*coded.shape, 3), np.float32), arrays(coded.shape, np.bool_)
+            coded.develop_into(*pixels)
+            fields["radiance"], fields["saturated"] = pixels
+        elif (fields["radiance"].shape, fields["saturated"].shape) != ((*coded.shape, 3), coded.shape):
+            raise TypeError("pixels of another size than the mosaic")
+        release(coded.codes)
     for name in ("radiance", "saturated"):
         fields[name].flags.writeable = False
     return Photograph(**fields, coded=coded)
@@ -275,7 +279,8 @@ def _take_mosaic(fields: dict[str, Any]) -> bayer.Mosaic:
     black, white = (np.asarray(fields[name], np.float64).reshape(2, 2) for name in ("black_level", "white_level"))
     camera, multipliers = (np.asarray(fields[name], np.float64) for name in ("camera_matrix", "white_balance"))
     matrix = balance_matrix(camera.reshape(3, 3), multipliers)
-    return bayer.Mosaic(samples, black, white, np.asarray(colours, np.int64).reshape(2, 2), matrix, turn)
+    sensor = bayer.Sensor(black, white, np.asarray(colours, np.int64).reshape(2, 2), matrix, turn)
+    return bayer.Mosaic.turn_upright(samples, sensor)
 
 
 def decode_photograph(
@@ -300,7 +305,11 @@ def decode_photograph(
 
         if bands:
             raise InputError(name, "is camera RAW, which has no bands to choose", "Leave --bands out")
-        found, noted = decode_raw(content, name, white_balance, half_size, mosaic_alone), read_exif(content)
+        keep_mosaic = keep_codes or mosaic_alone
+        found, noted = (
+            decode_raw(content, name, white_balance, half_size, keep_mosaic, mosaic_alone),
+            read_exif(content),
+        )
         optics = note_optics(noted, found.pop("shape"), half_size)
         return {**found, **optics, "credits": _read_credits(content, noted)}
     more: dict[str, Any] = {"bands": bands, "keep_primaries": True, "white_samples": white_samples}

@@ -18,7 +18,7 @@ import tifffile
 from numpy.typing import NDArray
 
 from engine.capture.photograph import demosaic, radiometry
-from engine.capture.photograph.bayer import Mosaic, is_bayer, turn_back
+from engine.capture.photograph.bayer import Mosaic, Sensor, is_bayer, turn_back
 from engine.core.colour import invertible, srgb_from_camera
 from engine.core.errors import InputError, UsageError
 from engine.images.decode import halve_image
@@ -51,12 +51,17 @@ logging.getLogger("tifffile").setLevel(logging.CRITICAL)
 
 
 def decode_raw(
-    content: bytes, name: str, white_balance: WhiteBalance, half_size: bool, mosaic_alone: bool
+    content: bytes,
+    name: str,
+    white_balance: WhiteBalance,
+    half_size: bool,
+    keep_mosaic: bool,
+    mosaic_alone: bool,
 ) -> dict[str, Any]:
     """Fields of `engine.capture.photograph.decode.Photograph` as arrays and JSON values, and the `shape` of its pixels.
 
-    With `mosaic_alone` a Bayer mosaic that is not halved comes as it is, with its `colours` and the `turn` that makes
-    it upright.
+    With `keep_mosaic` a Bayer mosaic that is not halved comes as it is too, with its `colours` and the `turn` that
+    makes it upright; with `mosaic_alone` without the pixels that are made of it.
     """
     raw = _unpack(content, name)  # which holds the samples until the last view of them has gone
     warnings: list[str] = []
@@ -73,8 +78,10 @@ def decode_raw(
         raise InputError(name, f"has impossible levels ({error})", "Convert it again to DNG") from None
     matrix = radiometry.balance_matrix(camera, multipliers)
     if colours is not None and is_bayer(colours):
-        mosaic = Mosaic(np.ascontiguousarray(samples), black, white, colours, matrix, orientation)
-        pixels = _keep_mosaic(mosaic) if mosaic_alone and not half_size else _develop(mosaic, half_size)
+        samples = np.ascontiguousarray(samples)
+        mosaic = Mosaic.turn_upright(samples, Sensor(black, white, colours, matrix, orientation))
+        pixels = {} if mosaic_alone and not half_size else _develop(mosaic, half_size)
+        pixels |= _describe_mosaic(samples, mosaic) if keep_mosaic and not half_size else {}
     else:
         pixels = _interpolate(samples, black, white, colours, matrix, orientation, half_size)
     exposure = _exposure(raw, read_exif(content), warnings)
@@ -152,10 +159,11 @@ def _samples(raw: rawpy.RawPy, name: str) -> tuple[NDArray[np.uint16], NDArray[n
     return samples, sites
 
 
-def _keep_mosaic(mosaic: Mosaic) -> dict[str, Any]:
+def _describe_mosaic(samples: NDArray[np.uint16], mosaic: Mosaic) -> dict[str, Any]:
     """The fields by which the parent makes it anew, besides those of every RAW file."""
-    colours = mosaic.colours.ravel().tolist()
-    return {"mosaic": mosaic.samples, "colours": colours, "turn": mosaic.orientation, "shape": mosaic.shape}
+    sensor = mosaic.sensor
+    colours = sensor.colours.ravel().tolist()
+    return {"mosaic": samples, "colours": colours, "turn": sensor.orientation, "shape": mosaic.shape}
 
 
 def _develop(mosaic: Mosaic, half_size: bool) -> dict[str, Any]:

@@ -77,7 +77,7 @@ def _random(seed: int, folder: Path) -> tuple[tuple[Any, Any], NDArray[np.float3
     path = folder / f"{seed}.npy"
     path.write_bytes(npy_header(cut.shape, kind) + cut.tobytes())
     array = FileArray(path, cut.shape, np.dtype(kind), 128, path.stat())
-    return arrays_of(array, tuple(decodings), window), np.stack(radiance), np.stack(saturated)
+    return arrays_of(array, tuple(decodings), window, cut.shape[1:3]), np.stack(radiance), np.stack(saturated)
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -93,11 +93,11 @@ def test_what_is_read_has_the_bits_of_what_an_import_makes(
         for key in (np.s_[:], np.s_[1], np.s_[[2, 0], 4:9], np.s_[:, 2:20:3, 1:], np.s_[2, 7, 3]):
             assert np.array_equal(array[key], values[key])
     rows = arrays[0].codes[0, 4:19]
-    made = radiance_of(rows, 4, arrays[0].decodings[0], arrays[0].window)
+    made = radiance_of(rows, 4, rows.shape[:2], arrays[0].decodings[0], arrays[0].window)
     assert all(np.array_equal(found, values[0, 4:19]) for found, values in zip(made, expected, strict=True))
     tally, counted = Tally(3), Tally(3)
     tally.add(*made, 4)
-    counted.join(*count_rows(rows, 4, arrays[0].decodings[0], arrays[0].window, 3))
+    counted.join(*count_rows(rows, 4, rows.shape[:2], arrays[0].decodings[0], arrays[0].window, 3))
     assert (counted.clipped, counted.black) == (tally.clipped, tally.black)
     assert np.array_equal(counted.rows[0], tally.rows[0])
     assert np.array_equal(counted.grid[0], tally.grid[0])

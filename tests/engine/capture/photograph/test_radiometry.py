@@ -28,7 +28,9 @@ def develop_mosaic(mosaic: Any, colours: Any = BAYER, white: float = np.inf) -> 
     """Colour and mask of a Bayer mosaic whose samples are radiance already."""
     radiance, saturated = np.empty((*mosaic.shape, 3), np.float32), np.empty(mosaic.shape, bool)
     zero, one, most = (np.full((2, 2), value, float) for value in (0, 1, white))
-    develop(mosaic, zero, one, most, np.ascontiguousarray(colours), np.eye(3, dtype=np.float32), radiance, saturated)
+    develop(
+        mosaic, zero, one, most, np.ascontiguousarray(colours), np.eye(3, dtype=np.float32), 0, 0, radiance, saturated
+    )
     return radiance, saturated
 
 

@@ -235,7 +235,7 @@ def test_a_stack_of_codes_has_the_map_of_its_radiance(
         Decoding(curve, tuple(random.uniform(0.5, 2.0, 3)), None, near, float(np.float32(random.uniform(0.8, 1.2))))
         for _ in range(count)
     ]
-    radiance = arrays_of(file, tuple(decodings), Window(height, width))[0]
+    radiance = arrays_of(file, tuple(decodings), Window(height, width), (height, width))[0]
     used = np.delete(np.arange(count), 4)
     monkeypatch.setattr("engine.shading.directional.moments.BLOCK_VALUES", 3 * len(used) * width)
     monkeypatch.setattr("engine.shading.directional.moments.PIECE_BYTES", 2 * 3 * len(used) * width)
