@@ -54,7 +54,7 @@ _CREDITS = {"title": "title", "author": "author", "license": "license", "licence
 
 
 @dataclass(frozen=True)
-class Order:
+class Outputs:
     """The results that each capture of a batch has: by the choices of the project `template`, into the folder
     `output`, with an export to each of `targets`; None for those of the template, or a web page where it has none."""
 
@@ -74,7 +74,7 @@ class _Unchanged(Exception):
 def make_of_request(capture: str, order: Mapping[str, Any]) -> Steps[dict[str, Any]]:
     """As `make`, of what a process is told: the text of the capture, and the order as JSON values."""
     template, targets = order["template"], order["targets"]
-    chosen = Order(
+    chosen = Outputs(
         Path(order["output"]),
         None if template is None else Path(template),
         None if targets is None else tuple(targets),
@@ -82,7 +82,7 @@ def make_of_request(capture: str, order: Mapping[str, Any]) -> Steps[dict[str, A
     return make(capture_from(capture), chosen)
 
 
-def make(capture: Capture, order: Order) -> Steps[dict[str, Any]]:
+def make(capture: Capture, outputs: Outputs) -> Steps[dict[str, Any]]:
     """Make the folder of `capture` unless it is there; its record.
 
     Raises
@@ -91,19 +91,19 @@ def make(capture: Capture, order: Order) -> Steps[dict[str, Any]]:
     UsageError : a choice does not suit the photographs.
     """
     yield Step(0.0, "looking for photographs")
-    project = read_template(order.template)
-    target = order.output / capture.name
+    project = read_template(outputs.template)
+    target = outputs.output / capture.name
     try:
         with atomic_folder(target, FOLDER_RECORD) as folder:
-            return (yield from _make(capture, project, order, folder))
+            return (yield from _make(capture, project, outputs, folder))
     except _Unchanged as same:
         return same.record
 
 
-def _make(capture: Capture, template: Project, order: Order, folder: Path) -> Steps[dict[str, Any]]:
+def _make(capture: Capture, template: Project, outputs: Outputs, folder: Path) -> Steps[dict[str, Any]]:
     path = folder / f"{capture.name}{ENDING}"
-    data, final = make_folder(data_folder(path)), order.output / capture.name / path.name
-    project = _choose(template, capture, order.targets)
+    data, final = make_folder(data_folder(path)), outputs.output / capture.name / path.name
+    project = _choose(template, capture, outputs.targets)
     frames = _list_files(project)
     finding = find_packed([capture.place], aside=frames, keep=data / "photographs" / "archive")
     sources = yield from part(finding, 0.0, 0.02)
