@@ -105,7 +105,7 @@ from engine.images.credits import join_credits
 from engine.images.decode import refuse_larger
 from engine.storage.atomic import atomic_folder, discard, require_space, write_bytes
 from engine.storage.records import HealthRecord
-from engine.storage.scratch import array_in, release, scratch_place
+from engine.storage.scratch import array_in, find_results_folder, release, scratch_place
 
 __all__ = ["ImportSettings", "ThumbnailReady", "import_stack", "printable"]
 
@@ -610,6 +610,8 @@ def _keep(
         return
     if plan.has_pairs and crossed is None:
         return  # of another size, which is refused when all are read
+    if isinstance(photograph.coded, Mosaic) and read.form is None and find_results_folder() is not None:
+        photograph = replace(photograph, coded=None)  # decoders have made the pixels, which lie on the disk
     if photograph.coded is None:
         clipped = photograph.saturated if crossed is None else photograph.saturated | crossed.saturated
         copied: list[NDArray[Any]] = [photograph.radiance, clipped, *([] if crossed is None else [crossed.radiance])]

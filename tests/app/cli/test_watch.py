@@ -10,7 +10,10 @@ import pytest
 
 from app.project.project_file import read
 from engine.capture.stack import CODES, RECORD
+from engine.simulate.camera import Levels, dng_bytes
 from tests.app.command import Command, result
+
+LEVELS = Levels(black=((64, 64), (64, 64)), white=4095)
 
 
 @pytest.fixture(scope="module")
@@ -32,6 +35,22 @@ def test_what_is_watched_is_what_is_imported(lightarc: Command, photographs: Pat
     assert {one["name"]: one["elevation_deg"] for one in found["photographs"]}["IMG_0002.png"] == 50.0
     assert found["seconds_after_last"] < found["time_s"]
     assert lightarc("import", photographs, "-o", tmp_path / "again", *choices).code == 0
+    for name in (CODES, RECORD):
+        assert (tmp_path / "stack" / name).read_bytes() == (tmp_path / "again" / name).read_bytes()
+
+
+def test_raw_photographs_that_are_watched_are_what_is_imported(lightarc: Command, tmp_path: Path) -> None:
+    """With a list of their lights."""
+    folder, random = tmp_path / "raw", np.random.default_rng(1)
+    folder.mkdir()
+    lines = ["6"]
+    for number in range(6):
+        samples = random.integers(200 + 300 * number, 900 + 400 * number, (34, 46), np.uint16)
+        (folder / f"IMG_{number}.dng").write_bytes(dng_bytes(samples, LEVELS, exposure_s=0.01))
+        lines.append(f"IMG_{number}.dng {np.cos(number):.6f} {np.sin(number):.6f} {0.4 + 0.3 * number:.6f}")
+    (folder / "lights.lp").write_text("\n".join(lines))
+    assert lightarc("watch", folder, "-o", tmp_path / "stack", "--calibrate", "none").code == 0
+    assert lightarc("import", folder, "-o", tmp_path / "again", "--calibrate", "none").code == 0
     for name in (CODES, RECORD):
         assert (tmp_path / "stack" / name).read_bytes() == (tmp_path / "again" / name).read_bytes()
 

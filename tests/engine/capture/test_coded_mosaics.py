@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 import lightarc
 from engine.capture import coded_pixels, output
+from engine.capture import import_stack as module
 from engine.capture.ahead import WrittenAhead
 from engine.capture.coded_pixels import CodedArray
 from engine.capture.decoded import Decoded, mark_of
@@ -25,6 +26,7 @@ from engine.capture.lights.listed import read_listed
 from engine.capture.lights.sources import find
 from engine.capture.photograph.bayer import MARGIN, Mosaic, Sensor, find_span, turn_back
 from engine.capture.photograph.decode import read_photograph
+from engine.capture.registration.framing import Framing
 from engine.capture.stack import CODES, RADIANCE, RECORD, SATURATED, ImageStack, open_stack
 from engine.core.errors import InputError
 from engine.core.steps import drain
@@ -33,6 +35,7 @@ from engine.storage.records import seal
 from engine.storage.scratch import keep_in_memory
 from tests.engine.capture.calibration.generated import Capture, render
 
+CORNERS = ((3.0, 2.0), (55.0, 4.0), (52.0, 45.0), (2.0, 41.0))
 OPTIONS: dict[str, Any] = {"white_balance": "camera", "transfer": "auto", "bands": ()}
 
 
@@ -212,9 +215,26 @@ def test_grey_codes_and_a_mosaic_are_of_two_kinds(folder: Path, tmp_path: Path) 
     assert {name.rsplit(".")[1] for name in found.sources} == {"dng", "png"}
 
 
-def test_moved_mosaics_make_a_stack_of_radiance(folder: Path, tmp_path: Path) -> None:
-    settings = ImportSettings(motion="translation", calibrate="none")
-    assert set(drain(import_stack(find([folder]), settings, tmp_path / "stack")).pixels) == {RADIANCE, SATURATED}
+@pytest.mark.parametrize(
+    "settings",
+    [
+        ImportSettings(motion="translation", calibrate=("gains",)),
+        ImportSettings(motion="none", calibrate=("gains",), framing=Framing(CORNERS, 40, 30)),
+    ],
+)
+def test_mosaics_that_are_moved_make_a_stack_of_radiance(
+    folder: Path, settings: ImportSettings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The one of pixels, as which they wait where memory is limited."""
+    found = [drain(import_stack(find([folder]), settings, tmp_path / "stack"))]
+    with keep_in_memory(0):
+        found.append(drain(import_stack(find([folder]), settings, tmp_path / "limited")))
+    monkeypatch.setattr(module, "_waits_as_codes", lambda _: False)
+    expected = drain(import_stack(find([folder]), settings, tmp_path / "expected", as_codes=False))
+    for each in found:
+        assert set(each.pixels) == {RADIANCE, SATURATED}
+        assert np.array_equal(_bits(each.radiance[:]), _bits(expected.radiance[:]))
+        assert np.array_equal(each.saturated[:], expected.saturated[:])
 
 
 @pytest.mark.parametrize(
