@@ -431,30 +431,24 @@ def _biweights(sample: Sample, residuals: Array) -> Array:
 def _step(sample: Sample, model: Model, rig: Rig, weights: Array, free: NDArray[np.bool_]) -> tuple[Rig, Array, Array]:
     """A Gauss-Newton step: the rig, the inverse of its normal equations, and scores (blocks, K) of free parameters."""
     count = len(rig.log_gains)
-    root = np.sqrt(weights)
-    lower = np.linalg.cholesky(_normal_matrix(model.tangent, weights))
-    basis = np.linalg.solve(lower, (model.tangent * root[..., None]).swapaxes(1, 2))  # (T, k, N), orthonormal rows
-    residuals = root * (sample.values - model.values)
-    residuals -= (basis.swapaxes(1, 2) @ (basis @ residuals[..., None]))[..., 0]
-    lit = root * model.lit
-    dense = np.empty((*lit.shape, 4))
-    dense[..., 0] = root * model.by_nearness
-    dense[..., 1:] = root[..., None] * model.albedo_normals[:, None]
-    along = basis @ dense  # (T, k, 4)
-    along_gains = basis * lit[:, None]  # (T, k, N)
+    width = model.tangent.shape[-1]
+    along_gains, along = np.empty((len(weights), width, count)), np.empty((len(weights), width, 4))
+    dense, across, squares_of_lit = np.zeros((4, 4)), np.zeros((4, count)), np.zeros(count)
+    scores = np.zeros((int(sample.block.max()) + 1, 4 + count))
+    values, weights, shown, tangent, lit, by_nearness = (
+        np.ascontiguousarray(each)
+        for each in (sample.values, weights, model.values, model.tangent, model.lit, model.by_nearness)
+    )
+    texels = values, weights, shown, tangent, lit, by_nearness, np.ascontiguousarray(model.albedo_normals), sample.block
+    squares = _eliminate(*texels, along_gains, along, dense, across, squares_of_lit, scores)
+    flat_gains, flat_dense = along_gains.reshape(-1, count), along.reshape(-1, 4)
     normal = np.empty((4 + count, 4 + count))
-    flat_gains = along_gains.reshape(-1, count)
-    flat_dense = along.reshape(-1, 4)
-    normal[:4, :4] = dense.reshape(-1, 4).T @ dense.reshape(-1, 4) - flat_dense.T @ flat_dense
-    normal[:4, 4:] = np.einsum("tnk,tn->kn", dense, lit) - flat_dense.T @ flat_gains
+    normal[:4, :4] = dense - flat_dense.T @ flat_dense
+    normal[:4, 4:] = across - flat_dense.T @ flat_gains
     normal[4:, :4] = normal[:4, 4:].T
-    normal[4:, 4:] = np.diag((lit**2).sum(axis=0)) - flat_gains.T @ flat_gains
-    blocks = int(sample.block.max()) + 1
-    scores = np.zeros((blocks, 4 + count))
-    np.add.at(scores[:, :4], sample.block, np.einsum("tnk,tn->tk", dense, residuals))
-    np.add.at(scores[:, 4:], sample.block, lit * residuals)
-    freedom = weights.sum() - model.tangent.shape[-1] * len(weights)
-    variance = float((residuals**2).sum() / max(freedom, 1.0)) + 1e-12
+    normal[4:, 4:] = np.diag(squares_of_lit) - flat_gains.T @ flat_gains
+    freedom = weights.sum() - width * len(weights)
+    variance = float(squares / max(freedom, 1.0)) + 1e-12
     prior = variance / np.array([PRIOR_NEARNESS**2, *[PRIOR_AMBIENT**2] * 3, *[PRIOR_GAIN**2] * count])
     state = _state(rig)
     normal += np.diag(prior)
@@ -465,3 +459,99 @@ def _step(sample: Sample, model: Model, rig: Rig, weights: Array, free: NDArray[
     log_gains = np.clip(state[4:] - state[4:].mean(), -MAX_LOG_GAIN, MAX_LOG_GAIN)
     nearness = float(np.clip(state[0], 0.0, MAX_NEARNESS))
     return replace(rig, nearness=nearness, ambient=state[1:4], log_gains=log_gains), inverse, scores[:, free]
+
+
+@scalar
+def _eliminate(
+    values: np.ndarray,
+    weights: np.ndarray,
+    shown: np.ndarray,
+    tangent: np.ndarray,
+    lit: np.ndarray,
+    by_nearness: np.ndarray,
+    albedo_normals: np.ndarray,
+    block: np.ndarray,
+    along_gains: np.ndarray,
+    along: np.ndarray,
+    dense: np.ndarray,
+    across: np.ndarray,
+    squares_of_lit: np.ndarray,
+    scores: np.ndarray,
+) -> float:
+    """Eliminate the parameters of texels from normal equations; the sum of squares of what is left of the photographs.
+
+    With the derivatives d (4) of the values of a photograph by nearness and ambient and l by its gain, times the roots
+    of weights, and the orthonormal basis q (k) of the tangent: `along_gains` (T, k, N) is filled with q l, `along`
+    (T, k, 4) with Σ q dᵀ; `dense` (4, 4) grows by Σ d dᵀ, `across` (4, N) by d l, `squares_of_lit` (N,) by l², and
+    `scores` (blocks, 4 + N) by the products of d and l with what is left. Bound by arithmetic, some 15 ns for each
+    photograph of a matte texel.
+    """
+    count, width = values.shape[1], tangent.shape[2]
+    matrix, basis = np.empty((width, width)), np.empty((width, count))
+    root, left, of_lit, by = np.empty(count), np.empty(count), np.empty(count), np.empty(count)
+    total = 0.0
+    for t in range(values.shape[0]):
+        of_block, normal = scores[block[t]], albedo_normals[t]
+        matrix[...] = 0.0
+        for n in range(count):
+            root[n] = np.sqrt(weights[t, n])
+            left[n], of_lit[n] = root[n] * (values[t, n] - shown[t, n]), root[n] * lit[t, n]
+            by[n] = root[n] * by_nearness[t, n]
+            for i in range(width):
+                weighted = weights[t, n] * tangent[t, n, i]
+                for j in range(i + 1):
+                    matrix[i, j] += weighted * tangent[t, n, j]
+        trace = 0.0
+        for i in range(width):
+            trace += matrix[i, i]
+        for i in range(width):  # Cholesky's decomposition
+            matrix[i, i] += 1e-7 * trace + 1e-12
+            for j in range(i + 1):
+                for k in range(j):
+                    matrix[i, j] -= matrix[i, k] * matrix[j, k]
+                matrix[i, j] = np.sqrt(matrix[i, i]) if i == j else matrix[i, j] / matrix[j, j]
+        for i in range(width):
+            scale = 1.0 / matrix[i, i]
+            for n in range(count):
+                basis[i, n] = root[n] * tangent[t, n, i]
+            for j in range(i):
+                for n in range(count):
+                    basis[i, n] -= matrix[i, j] * basis[j, n]
+            for n in range(count):
+                basis[i, n] *= scale
+                along_gains[t, i, n] = basis[i, n] * of_lit[n]
+        for i in range(width):
+            of_left, of_by, of_root = 0.0, 0.0, 0.0
+            for n in range(count):
+                of_left += basis[i, n] * left[n]
+                of_by += basis[i, n] * by[n]
+                of_root += basis[i, n] * root[n]
+            along[t, i, 0] = of_by
+            for axis in range(3):
+                along[t, i, 1 + axis] = normal[axis] * of_root
+            for n in range(count):
+                left[n] -= basis[i, n] * of_left
+        squares, weight, by_left, root_left, by_root, by_by = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for n in range(count):
+            squares += left[n] * left[n]
+            weight += weights[t, n]
+            by_left += by[n] * left[n]
+            root_left += root[n] * left[n]
+            by_root += by[n] * root[n]
+            by_by += by[n] * by[n]
+        for n in range(count):
+            squares_of_lit[n] += of_lit[n] * of_lit[n]
+            of_block[4 + n] += of_lit[n] * left[n]
+            across[0, n] += by[n] * of_lit[n]
+            for axis in range(3):
+                across[1 + axis, n] += normal[axis] * root[n] * of_lit[n]
+        total += squares
+        dense[0, 0] += by_by
+        of_block[0] += by_left
+        for axis in range(3):
+            of_block[1 + axis] += normal[axis] * root_left
+            dense[0, 1 + axis] += normal[axis] * by_root
+            dense[1 + axis, 0] = dense[0, 1 + axis]
+            for other in range(3):
+                dense[1 + axis, 1 + other] += normal[axis] * normal[other] * weight
+    return total
