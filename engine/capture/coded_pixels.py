@@ -9,8 +9,8 @@ has the bits of a stack whose radiance was written. Codes are a half of radiance
 stacks stay in the memory that the system keeps of files, and what was found of a rig changes no bytes on the disk.
 
 Cost: bound by the lookups and by the memory that is filled, 2 ns a pixel and thread of 8 bits and 3 of 16, with a near
-lamp 2 more, and 1 for saturation; of mosaics by arithmetic, 6 ns. More than a megapixel at once is decoded on all
-cores.
+lamp 2 more, and 1 for saturation; of mosaics by arithmetic, 6 ns. More than two megapixels at once are decoded on
+all cores.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 #: Pixels that are decoded at once by one thread, and up to which there is no other, since those who read as few do so
 #: on several threads themselves.
-_PART_PIXELS, _FEW_PIXELS = 1 << 18, 1 << 20
+_PART_PIXELS, FEW_PIXELS = 1 << 18, 1 << 21
 
 _Codes = NDArray[np.unsignedinteger]
 
@@ -391,7 +391,7 @@ class CodedArray(FileArray):
         ]
         margin = self.decodings[0].margin if self.decodings else 0
         top = self.window.find_rows(0, height, margin)[0]
-        many = sum(len(into) for _, _, into in parts) * width > _FEW_PIXELS and thread_count() > 1
+        many = sum(len(into) for _, _, into in parts) * width > FEW_PIXELS and thread_count() > 1
         running: deque[Future[None]] = deque()
         with ExitStack() as held:
             read = held.enter_context(self.codes.reader())

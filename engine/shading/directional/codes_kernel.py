@@ -14,21 +14,23 @@ from engine.core.kernels import scalar
 
 @scalar
 def write_codes(
-    radiance: np.ndarray, table: np.ndarray, brightest: np.float32, pivot: np.ndarray, codes: np.ndarray
+    radiance: np.ndarray, first: int, table: np.ndarray, brightest: np.float32, pivot: np.ndarray, codes: np.ndarray
 ) -> None:
-    """Fill `codes` (3 N, texels) float32 from `radiance` (N, texels, 3) float32, less `pivot` (3 N,) float32.
+    """Fill `codes` (3 N, texels) float32 from texels of `radiance` (N, many, 3) float32, less `pivot` (3 N,) float32.
+
+    `first` is the first of these texels.
 
     `table` (E,) float32 holds codes at equal steps of the square root of radiance, from 0 to that of `brightest`, as
     which brighter values count. What is not a number counts as 0.
     """
-    count, texels = radiance.shape[:2]
+    count, texels, begin = len(radiance), codes.shape[1], 3 * first
     scale, dark, one = np.float32((len(table) - 1) / np.sqrt(brightest)), np.float32(0.0), np.uint32(1)
     last = np.uint32(len(table) - 2)  # unsigned, as a place from the end would have to be told apart
     row = np.empty(3 * texels, np.float32)
     for photograph in range(count):
-        values = radiance[photograph].reshape(3 * texels)
+        values = radiance[photograph].reshape(3 * radiance.shape[1])
         for at in range(3 * texels):
-            value = values[at]
+            value = values[begin + at]
             row[at] = np.sqrt(min(value, brightest) if value > dark else dark) * scale
         for at in range(3 * texels):
             place = row[at]

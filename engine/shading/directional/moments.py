@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.coded_pixels import CodedRadiance
+from engine.capture.coded_pixels import FEW_PIXELS, CodedRadiance
 from engine.capture.object_part import object_mask
 from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_encode
@@ -116,20 +116,9 @@ def _block_rows(width: int, photographs: int) -> int:
     return max(1, BLOCK_VALUES // (3 * photographs * width))
 
 
-def texels(
-    stack: ImageStack, used: NDArray[np.int64], first: int, last: int, pivot: NDArray[np.float32] | None = None
-) -> NDArray[np.float32]:
-    """(3 N, texels) codes of the rows from `first` to before `last`, to 0.002, less `pivot` (3 N,)."""
-    radiance = np.ascontiguousarray(stack.radiance[used, first:last]).reshape(len(used), -1, 3)
-    found = np.empty((3 * len(used), radiance.shape[1]), np.float32)
-    pivot = np.zeros(len(found), np.float32) if pivot is None else pivot
-    write_codes(radiance, _TABLE, np.float32(BRIGHTEST), pivot, found)
-    return found
-
-
 @dataclass(frozen=True, eq=False)
 class TexelReader:
-    """Texels of the photographs `used` of a stack as `texels` gives them, less `pivot` (3 N,), block by block.
+    """Texels of the photographs `used` of a stack, codes of sRGB to 0.002 less `pivot` (3 N,), block by block.
 
     `tables` (3 N, 256) float32 are the values of codes in files, where these tell them.
     """
@@ -142,29 +131,33 @@ class TexelReader:
     def list_pieces(self) -> Iterator[tuple[int, int]]:
         """The first row and the one after the last of pieces of whole blocks, each of which is best read at once."""
         _, height, width = self.stack.radiance.shape[:3]
-        rows = _block_rows(width, len(self.used))
+        rows, line = _block_rows(width, len(self.used)), len(self.used) * width
         if self.tables is not None:
-            rows *= max(1, PIECE_BYTES // (3 * len(self.used) * width * rows))
+            rows *= max(1, PIECE_BYTES // (3 * line * rows))
+        elif isinstance(self.stack.radiance, CodedRadiance):
+            rows *= max(1, FEW_PIXELS // (line * rows))
         return ((first, min(first + rows, height)) for first in range(0, height, rows))
 
     def read_blocks(self, first: int, last: int) -> Iterator[tuple[int, int, NDArray[np.float32]]]:
         """The first row, the one after the last, and the texels (3 N, texels) of each block of the rows from `first` to
         before `last`; the next block lies in the memory of the one before it."""
-        width = self.stack.radiance.shape[2]
-        rows = _block_rows(width, len(self.used))
-        within = [(start, min(start + rows, last)) for start in range(first, last, rows)]
-        if self.tables is None:
-            for start, stop in within:
-                yield start, stop, texels(self.stack, self.used, start, stop, self.pivot)
-            return
-        assert isinstance(self.stack.radiance, CodedRadiance)
-        assert self.stack.radiance.codes is not None
-        pixels = self.stack.radiance.codes[self.used, first:last]
-        memory = np.empty(3 * len(self.used) * min(rows, last - first) * width, np.float32)
-        for start, stop in within:
-            size = (stop - start) * width
-            found = memory[: 3 * len(self.used) * size].reshape(-1, size)
-            look_up_codes(pixels, start - first, stop - first, self.tables, found)
+        count, width = len(self.used), self.stack.radiance.shape[2]
+        rows = _block_rows(width, count)
+        memory = np.empty(3 * count * min(rows, last - first) * width, np.float32)
+        if self.tables is not None:
+            assert isinstance(self.stack.radiance, CodedRadiance)
+            assert self.stack.radiance.codes is not None
+            pixels = self.stack.radiance.codes[self.used, first:last]
+        else:
+            radiance = np.ascontiguousarray(self.stack.radiance[self.used, first:last]).reshape(count, -1, 3)
+        for start in range(first, last, rows):
+            stop = min(start + rows, last)
+            found = memory[: 3 * count * (stop - start) * width].reshape(3 * count, -1)
+            if self.tables is not None:
+                look_up_codes(pixels, start - first, stop - first, self.tables, found)
+            else:
+                first_texel = (start - first) * width
+                write_codes(radiance, first_texel, _TABLE, np.float32(BRIGHTEST), self.pivot, found)
             yield start, stop, found
 
 
@@ -175,5 +168,5 @@ def make_reader(stack: ImageStack, used: NDArray[np.int64], pivot: NDArray[np.fl
     if radiance is None:
         return TexelReader(stack, used, pivot, None)
     tables = np.empty((3 * len(used), radiance.shape[1]), np.float32)
-    write_codes(radiance, _TABLE, np.float32(BRIGHTEST), pivot, tables)
+    write_codes(radiance, 0, _TABLE, np.float32(BRIGHTEST), pivot, tables)
     return TexelReader(stack, used, pivot, tables)

@@ -139,7 +139,7 @@ def test_a_stack_of_mosaics_is_the_one_of_radiance(
     """As cameras turn their files, whole and cut, written at once and after an estimate of the rig, in small parts and
     by several threads."""
     monkeypatch.setattr(coded_pixels, "_PART_PIXELS", 200)
-    monkeypatch.setattr(coded_pixels, "_FEW_PIXELS", 400)
+    monkeypatch.setattr(coded_pixels, "FEW_PIXELS", 400)
     monkeypatch.setattr(output, "BAND_PIXELS", 300)
     folder = _write(tmp_path / "raw", dng, orientation=orientation, balanced=orientation % 2 == 0)
     corner = (orientation - 1, orientation // 2)

@@ -86,7 +86,7 @@ def test_what_is_read_has_the_bits_of_what_an_import_makes(
 ) -> None:
     """In parts and by several threads, of any kind of codes, tables, colours, lamps and windows."""
     monkeypatch.setattr(coded_pixels, "_PART_PIXELS", 200)
-    monkeypatch.setattr(coded_pixels, "_FEW_PIXELS", 400)
+    monkeypatch.setattr(coded_pixels, "FEW_PIXELS", 400)
     arrays, *expected = _random(seed, tmp_path)
     for array, values in zip(arrays, expected, strict=True):
         assert (array.shape, array.dtype, array.nbytes) == (values.shape, values.dtype, values.nbytes)

@@ -25,7 +25,7 @@ from engine.shading.directional.interpolation import (
     rms,
     weights,
 )
-from engine.shading.directional.moments import Moments, make_reader, moments, row_blocks, texels
+from engine.shading.directional.moments import Moments, make_reader, moments, row_blocks
 from engine.shading.directional.planes import BUDGET, choose, components, directions, errors_by_planes, fit, sweep
 from engine.shading.directional.planes_kernel import round_values
 from engine.storage.file_array import FileArray
@@ -51,6 +51,14 @@ def known(stack: ImageStack) -> Moments:
     return drain(moments(stack, np.arange(len(stack.sources))))
 
 
+def read_row(stack: ImageStack, radiance: Array, pivot: Array | None = None) -> Array:
+    """The texels of the first row of the first photograph, which has this radiance."""
+    reader = make_reader(dataclasses.replace(stack, radiance=radiance), np.array([0]), pivot)
+    ((first, last, found),) = reader.read_blocks(0, 1)
+    assert (first, last) == (0, 1)
+    return found
+
+
 def rmse(apart: Array) -> float:
     return float(np.sqrt(np.mean(apart**2)))
 
@@ -64,12 +72,12 @@ def test_moments_are_those_of_the_codes(codes: Array, known: Moments) -> None:
 def test_codes_of_any_radiance(stack: ImageStack) -> None:
     """White is 255, more than the table holds is its end, what is not a number is black; less a value of each line."""
     odd = np.array([0.0, 1.0, 0.2, 1e9, np.inf, -3.0, np.nan, -np.inf, 64.0], np.float32).reshape(1, 1, 3, 3)
-    found = texels(dataclasses.replace(stack, radiance=odd), np.array([0]), 0, 1)
+    found = read_row(stack, odd)
     end = 255.0 * srgb_encode(np.array(64.0))
     expected = [[0.0, end, 0.0], [255.0, end, 0.0], [255.0 * srgb_encode(np.array(0.2)), 0.0, end]]
     assert found == pytest.approx(np.array(expected), abs=2e-3)
     pivot = np.array([1.0, 20.0, -300.0], np.float32)
-    less = texels(dataclasses.replace(stack, radiance=odd), np.array([0]), 0, 1, pivot)
+    less = read_row(stack, odd, pivot)
     assert less == pytest.approx(found - pivot[:, None], abs=1e-4)
 
 
@@ -239,6 +247,7 @@ def test_a_stack_of_codes_has_the_map_of_its_radiance(
     used = np.delete(np.arange(count), 4)
     monkeypatch.setattr("engine.shading.directional.moments.BLOCK_VALUES", 3 * len(used) * width)
     monkeypatch.setattr("engine.shading.directional.moments.PIECE_BYTES", 2 * 3 * len(used) * width)
+    monkeypatch.setattr("engine.shading.directional.moments.FEW_PIXELS", 2 * len(used) * width)
     coded = dataclasses.replace(stack, radiance=radiance)
     assert (make_reader(coded, used).tables is not None) == (kind in ("distant", "grey"))
     found, expected = (drain(fit(each, used)) for each in (coded, dataclasses.replace(stack, radiance=radiance[:])))
