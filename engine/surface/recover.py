@@ -39,6 +39,7 @@ from engine.surface.height import (
 )
 from engine.surface.horizon import openness
 from engine.surface.lamps import Lamps, lamps
+from engine.surface.metal_kernel import METAL_EVIDENCE
 from engine.surface.pbr_maps import (
     DIELECTRIC_F0,
     Map,
@@ -49,7 +50,14 @@ from engine.surface.pbr_maps import (
     count_regions,
     wide_text,
 )
-from engine.surface.reflectance import FEWEST_FOR_GLOSS, METAL_EVIDENCE, Array, fit_rows, kinds, metallic_roughness
+from engine.surface.reflectance import (
+    FEWEST_FOR_GLOSS,
+    Array,
+    Reflectance,
+    fit_rows,
+    kinds,
+    metallic_roughness,
+)
 from engine.surface.regularise import smooth_roughness, weigh_neighbours
 from engine.surface.relight import coefficients, measure_relight_errors
 from engine.surface.rig_error import rig_error
@@ -90,7 +98,7 @@ COEFFICIENTS = [
 ]
 
 #: Texels that are converted at once.
-BLOCK_TEXELS = 1 << 18
+BLOCK_TEXELS = 1 << 16
 
 #: Share of texels whose colour may exceed one before it is worth a word.
 WORTH_A_WORD = 0.001
@@ -312,7 +320,7 @@ class _Planes:
         self.coefficients[rows] = reshape(found[:, COEFFICIENTS])
         self.roughness[rows] = reshape(found[:, ROUGHNESS])
         self.sigma["roughness"][rows] = reshape(np.minimum(np.sqrt(found[:, VAR_ROUGHNESS]), 0.5))
-        self._convert(rows, METAL_EVIDENCE)
+        self.evidence[rows] = reshape(self._find_metallic(rows, METAL_EVIDENCE).metal_evidence)
 
     def finish(self, outside: NDArray[np.bool_]) -> None:
         """Let neighbours decide what texels do not tell, and say that nothing is known of texels `outside` (H, W)."""
@@ -335,17 +343,19 @@ class _Planes:
             self.sigma[name][outside] = unknown
         self.base_colour[outside], self.sigma["base_colour"][outside] = 0.0, 1.0
 
-    def _convert(self, rows: slice, evidence: float | Map) -> None:
-        """Metallic-roughness of the coefficients of some rows; a metal needs this evidence."""
-        flat = self.coefficients[rows].reshape(-1, 11).astype(np.float64)
-        needed = evidence if isinstance(evidence, float) else evidence.ravel().astype(np.float64)
-        made = metallic_roughness(flat[:, :3], flat[:, 3:6], flat[:, 6:9], needed)
-        shape = self.roughness[rows].shape
+    def _convert(self, rows: slice, evidence: Map) -> None:
+        """Metallic-roughness of the coefficients of some rows; metals need this evidence."""
+        made, shape = self._find_metallic(rows, evidence), self.roughness[rows].shape
         self.base_colour[rows], self.metallic[rows] = made.base_colour.reshape(*shape, 3), made.metallic.reshape(shape)
-        self.f0[rows], self.evidence[rows] = made.f0.reshape(shape), made.metal_evidence.reshape(shape)
+        self.f0[rows] = made.f0.reshape(shape)
         self.sigma["base_colour"][rows] = made.base_colour_sigma.reshape(*shape, 3)
         self.sigma["metallic"][rows] = made.metallic_sigma.reshape(shape)
         self.sigma["f0"][rows] = made.f0_sigma.reshape(shape)
+
+    def _find_metallic(self, rows: slice, evidence: float | Map) -> Reflectance:
+        flat = self.coefficients[rows].reshape(-1, len(COEFFICIENTS)).astype(np.float64)
+        needed = evidence if isinstance(evidence, float) else evidence.ravel().astype(np.float64)
+        return metallic_roughness(flat[:, :3], flat[:, 3:6], flat[:, 6:9], needed)
 
     def predict(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> Array:
         """(N, E) radiance of texels at `rows` and `columns` (E,) under each lamp, as the maps show it."""

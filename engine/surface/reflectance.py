@@ -37,9 +37,11 @@ from engine.core.colour import REC_709
 from engine.core.steps import Step, Steps, part
 from engine.shading.directional.left_out import Texels
 from engine.storage.file_array import FileArray
+from engine.surface import metal_kernel
 from engine.surface.depth_edges import find_shadows
 from engine.surface.fall_off import find_falls
 from engine.surface.lamps import Lamps
+from engine.surface.metal_kernel import METAL_EVIDENCE, convert_texels
 from engine.surface.pbr_maps import DIELECTRIC_F0
 from engine.texel.kernel import (
     COLUMNS,
@@ -123,18 +125,11 @@ ENOUGH_FOR_FALL, FALL_EVERY, ROUGHLY, FALL_SHARE, FALL_FOLDS = 12, 8, 4, 0.7, 4
 #: Share of texels that may be brighter than white.
 ABOVE_WHITE = 1e-3
 
-#: Deviation of a dielectric's f0 from that of index 1.5: two of them are indices of 1 to 1.8. Squared deviations by
-#: which a metal must explain more.
-F0_SPREAD, METAL_EVIDENCE = 0.02, 9.0
-
-#: Largest f0 of a dielectric, of index 2.6.
-BRIGHTEST_F0 = 0.2
-
 #: Shares of the diffuse and of the specular part that photographs through crossed and parallel polarisers show.
 CROSSED, PARALLEL = (1.0, 0.0), (1.0, 2.0)
 
 #: Values of metallic that are tried.
-METALLIC = np.linspace(0.0, 1.0, 21)
+METALLIC = np.linspace(0.0, 1.0, metal_kernel.STEPS + 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -464,75 +459,18 @@ def metallic_roughness(
     it better by `evidence`, in squared deviations, and then a pure metal unless a mixture does. ρ = base (1 − metallic)
     (1 − F) and F = f0 (1 − metallic) + base metallic.
     """
-    a, b, c = variance[:, 0], variance[:, 1], variance[:, 2]
-    a, b = np.clip(np.nan_to_num(a, posinf=1.0), 1e-10, 1.0), np.clip(np.nan_to_num(b, posinf=1.0), 1e-10, 1.0)
-    limit = 0.999 * np.sqrt(a * b)
-    c = np.clip(np.nan_to_num(c, posinf=0.0), -limit, limit)
-    determinant = a * b - c * c
-    precision = (b / determinant, -c / determinant, a / determinant)
-    tried = [_evaluate_metallic(np.full(len(a), m), diffuse, specular, precision) for m in METALLIC]
-    cost = np.stack([each[2] for each in tried])
-    index, step = np.arange(len(a)), METALLIC[1]
-    metal = 1 + cost[1:].argmin(axis=0)
-    metal = np.where(cost[-1] < cost[metal, index] + METAL_EVIDENCE, len(METALLIC) - 1, metal)
-    best = np.where(cost[metal, index] + evidence < cost[0], metal, 0)
-    inside = np.clip(best, 1, len(METALLIC) - 2)
-    low, middle, high = cost[inside - 1, index], cost[inside, index], cost[inside + 1, index]
-    bend = np.maximum(low - 2.0 * middle + high, 1e-12)
-    shift = np.where(best == inside, np.clip(0.5 * (low - high) / bend, -0.5, 0.5), 0.0)
-    metallic = np.clip(METALLIC[best] + step * shift, 0.0, 1.0)
-    # the reflectance of a dielectric has heard a prior in the fit
-    base, f0, _, base_variance, f0_variance = _evaluate_metallic(metallic, diffuse, specular, precision, metallic > 0.0)
-    sigma = np.clip(step * np.sqrt(2.0 / bend), 0.0, 0.5)
-    # colour goes from the diffuse part to the specular one as metallic moves
-    moved = [
-        _evaluate_metallic(np.clip(metallic + side * sigma, 0.0, 1.0), diffuse, specular, precision)[0]
-        for side in (-1, 1)
-    ]
-    base_variance += np.where(metallic > 0.0, 0.25, 0.0)[:, None] * (moved[1] - moved[0]) ** 2
+    given = np.column_stack([diffuse, specular, variance]).astype(np.float64, copy=False)
+    found = np.empty((len(given), metal_kernel.FOUND))
+    convert_texels(given, np.broadcast_to(evidence, len(given)).astype(np.float64), METALLIC, found)
     return Reflectance(
-        base,
-        metallic,
-        f0,
-        np.minimum(np.sqrt(base_variance), 1.0),
-        sigma,
-        np.sqrt(f0_variance),
-        cost[0] - cost[1:].min(axis=0),
+        found[:, metal_kernel.BASE : metal_kernel.BASE + 3],
+        found[:, metal_kernel.METALLIC],
+        found[:, metal_kernel.F0],
+        found[:, metal_kernel.BASE_SIGMA : metal_kernel.BASE_SIGMA + 3],
+        found[:, metal_kernel.METALLIC_SIGMA],
+        found[:, metal_kernel.F0_SIGMA],
+        found[:, metal_kernel.EVIDENCE],
     )
-
-
-def _evaluate_metallic(
-    metallic: Array,
-    diffuse: Array,
-    specular: Array,
-    precision: tuple[Array, Array, Array],
-    ambiguous: NDArray[np.bool_] | bool = True,
-) -> tuple[Array, Array, Array, Array, Array]:
-    """Base colour, f0, squared deviations, and variances of both, where metallic (T,) is given.
-
-    Without the base colour, the squares of a channel are κ (metallic ρ − d (F − (1 − metallic) f0))², with κ the
-    determinant of the precision over that of the base colour. Channels err alike, by their shared lobe and slopes, and
-    count as one for f0; where they are `ambiguous`, f0 has the prior `F0_SPREAD`. The variance of the base colour is
-    that for a known f0 and that of what it follows f0 by: little tells a broad lobe from a diffuse part.
-    """
-    p, q, r = (each[:, None] for each in precision)
-    m, rest = metallic[:, None], 1.0 - metallic[:, None]
-    d = rest * (1.0 - np.clip(specular, 0.0, 0.95))
-    within = p * d * d + 2.0 * q * d * m + r * m * m
-    weight = (p * r - q * q) / within * d * rest
-    own = np.where(ambiguous, 1.0 / F0_SPREAD**2, 0.0)
-    known = (weight * d * rest).mean(axis=1) + own
-    f0 = ((weight * (d * specular - m * diffuse)).mean(axis=1) + own * DIELECTRIC_F0) / np.maximum(known, 1e-12)
-    f0 = np.where(known > 0.0, np.clip(f0, 0.0, BRIGHTEST_F0), DIELECTRIC_F0)
-    base = ((p * d + q * m) * diffuse + (q * d + r * m) * (specular - rest * f0[:, None])) / within
-    base = np.clip(base, 0.0, 1.0)
-    f0_variance = 1.0 / np.maximum(known, 1.0 / 0.5**2)
-    by_f0 = rest * (rest * base * (p * d + q * m) - q * d - r * m) / within
-    base_variance = 1.0 / within + by_f0**2 * f0_variance[:, None]
-    off_d, off_s = diffuse - d * base, specular - m * base - rest * f0[:, None]
-    cost = (p * off_d**2 + 2.0 * q * off_d * off_s + r * off_s**2).sum(axis=1)
-    prior = ((f0 - DIELECTRIC_F0) / F0_SPREAD) ** 2
-    return base, f0, cost + prior, base_variance, f0_variance
 
 
 def fit_rows(

@@ -116,3 +116,21 @@ def test_what_an_alignment_blurs_and_leaves_is_the_stated_variance() -> None:
     ]
     off = np.sqrt(np.mean((np.stack(moved) - values)[:, 8:-8, 8:-8] ** 2))
     assert np.sqrt(np.mean(shift_variance(values, 0.2)[inner])) == pytest.approx(off, rel=0.1)
+
+
+def test_texels_are_converted_alike_alone_and_beside_others() -> None:
+    """Of every kind, also those of which nothing is known, over the border between the parts of two threads."""
+    random = np.random.default_rng(3)
+    diffuse, specular = random.random((2, 700, 3)) ** 2
+    variance = 10.0 ** random.uniform(-8.0, 0.0, (700, 3))
+    variance[::7] = np.inf
+    variance[3::7] = np.nan
+    evidence = random.normal(0.0, 20.0, 700)
+    together = metallic_roughness(diffuse, specular, variance, evidence)
+    for texel in range(0, 700, 9):
+        one = slice(texel, texel + 1)
+        alone = metallic_roughness(diffuse[one], specular[one], variance[one], evidence[one])
+        for name in ("base_colour", "metallic", "f0", "base_colour_sigma", "metallic_sigma", "f0_sigma"):
+            np.testing.assert_array_equal(getattr(alone, name), getattr(together, name)[one])
+            assert np.isfinite(getattr(alone, name)).all()
+    assert 0.2 < (together.metallic > 0.0).mean() < 0.9
