@@ -25,7 +25,7 @@ from engine.capture.calibration.separation import Separation
 from engine.capture.coded_pixels import Counted, Decoding, Window, count_rows, radiance_of
 from engine.capture.output_region import View
 from engine.capture.photograph.bayer import MARGIN, Mosaic
-from engine.capture.registration.warp import warp
+from engine.capture.registration.warp import find_needed_rows, warp
 from engine.capture.report import grid_step
 from engine.capture.stack import CODES, DIFFUSE, RADIANCE, SATURATED, npy_header
 from engine.capture.tally import Tally
@@ -40,6 +40,10 @@ from engine.storage.scratch import release
 
 #: Bytes of room for the record of a stack, and pixels that are written at once.
 RECORD_BYTES, BAND_PIXELS = 1 << 20, 1 << 20
+
+#: Rows of a photograph that all bands need, over those that it has, up to which each band takes its own; those of a
+#: photograph that is turned would be made several times.
+MAX_ROWS_SHARE = 1.5
 
 #: Correction in place of rows of radiance, from a row of the photograph on.
 CorrectRows = Callable[[NDArray[np.float32], int], None]
@@ -322,5 +326,14 @@ class Output:
 
         if samples == 1 and np.array_equal(matrix, np.eye(3)):
             return cut
-        radiance, saturated = correct_taken(0, pixels.height)
-        return lambda first, last: warp(radiance, saturated, matrix, region, first, last, samples)
+        spans = {band: find_needed_rows(matrix, region, *band, pixels.height) for band in self._bands_of_rows()}
+        if sum(last - first for first, last in spans.values()) > MAX_ROWS_SHARE * pixels.height:
+            radiance, saturated = correct_taken(0, pixels.height)
+            return lambda first, last: warp(radiance, saturated, matrix, region, first, last, samples)
+
+        def move(first: int, last: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+            begin, end = spans[first, last]
+            taken = correct_taken(begin, end)
+            return warp(*taken, matrix, region, first, last, samples, (begin, pixels.height))
+
+        return move

@@ -59,21 +59,41 @@ def warp(
     first: int = 0,
     stop: int | None = None,
     samples: int = 1,
+    part: tuple[int, int] | None = None,
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     """Rows [first, stop) of `region` of the aligned photograph, (rows, region.width, 3), and of its saturation mask.
 
     `image` is (H, W, 3), `saturated` (H, W), `matrix` takes pixels of the region's frame to pixels of the image. Each
     pixel is the mean of samples × samples places in its area (`framing.samples_per_side`). A result is saturated where
-    any pixel that it is made from is.
+    any pixel that it is made from is. Of a `part` of the image, its first row and the height of the whole, no other
+    rows than those of `find_needed_rows` have to be there.
     """
     rows = (region.height if stop is None else stop) - first
-    if samples == 1 and np.array_equal(matrix, np.eye(3)):
+    if part is None and samples == 1 and np.array_equal(matrix, np.eye(3)):
         band = np.s_[region.top + first : region.top + first + rows, region.left : region.left + region.width]
         return np.ascontiguousarray(image[band]), np.ascontiguousarray(saturated[band])
     moved = np.empty((rows, region.width, 3), np.float32)
     mask = np.empty((rows, region.width), np.bool_)
-    _warp(np.ascontiguousarray(image), saturated, matrix, region.left, region.top + first, samples, moved, mask)
+    begin, height = part if part is not None else (0, len(image))
+    place = np.array([region.left, region.top + first, begin, height])
+    _warp(np.ascontiguousarray(image), saturated, matrix, place, samples, moved, mask)
     return moved, mask
+
+
+def find_needed_rows(
+    matrix: NDArray[np.float64], region: Region, first: int, stop: int, height: int
+) -> tuple[int, int]:
+    """The first row of a photograph of `height`, and the one after the last, that `warp` makes of it rows [first, stop)
+    of `region` by its `matrix`."""
+    x = np.array([region.left - 0.5, region.left + region.width - 0.5] * 2)
+    y = np.repeat([region.top + first - 0.5, region.top + stop - 0.5], 2)
+    scale = matrix[2] @ np.stack([x, y, np.ones(4)])
+    if scale.min() * scale.max() <= 0.0:  # the horizon runs through the rows
+        return 0, height
+    _, down = move_points(x, y, matrix)  # extremes of a quotient of linear functions are at corners
+    low, high = math.floor(float(down.min())) - 1, math.floor(float(down.max())) + 3
+    low = min(max(low, 0), height - 1)
+    return low, min(max(high, low + 2), height)
 
 
 def move_points(
@@ -112,14 +132,17 @@ def _warp(
     image: np.ndarray,
     saturated: np.ndarray,
     matrix: np.ndarray,
-    left: int,
-    top: int,
+    place: np.ndarray,
     samples: int,
     moved: np.ndarray,
     mask: np.ndarray,
 ) -> None:
-    """Bound by the reads of four neighbours per sample."""
-    height, width = saturated.shape
+    """Bound by the reads of four neighbours per sample.
+
+    `place` is the first column and row of what is made, the first row of the image that is there, and its height.
+    """
+    left, top, begin, height = place
+    width = saturated.shape[1]
     share = np.float32(1.0 / (samples * samples))
     for row in prange(moved.shape[0]):
         total = np.empty(3, np.float32)
@@ -133,7 +156,7 @@ def _warp(
                 there_x = (matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2]) * scale
                 there_y = (matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2]) * scale
                 i, j, down, across = _cell(there_y, there_x, height, width)
-                below, beside = min(i + 1, height - 1), min(j + 1, width - 1)
+                i, below, beside = i - begin, min(i + 1, height - 1) - begin, min(j + 1, width - 1)
                 for channel in range(3):
                     upper = _between(image[i, j, channel], image[i, beside, channel], across)
                     lower = _between(image[below, j, channel], image[below, beside, channel], across)

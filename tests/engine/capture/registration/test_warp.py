@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from engine.capture.registration.warp import Region, valid_region, warp
+from engine.capture.registration.warp import Region, find_needed_rows, valid_region, warp
 
 U32 = 2.0**-24
 TURN = np.array([[0.9998, -0.0175, 2.37], [0.0175, 0.9998, -1.81], [1e-6, -2e-6, 1.0]])
@@ -69,6 +69,40 @@ def test_S10_bands_of_any_height_are_bit_equal(rows: int) -> None:
     ]
     assert np.array_equal(np.concatenate([band for band, _ in bands]), whole)
     assert np.array_equal(np.concatenate([band for _, band in bands]), whole_mask)
+
+
+TURNS = {
+    "shift": np.array([[1, 0, 0.37], [0, 1, -0.81], [0, 0, 1.0]]),
+    "turn": TURN,
+    "upside down": np.array([[-1.0, 0.02, 250.3], [0.01, -1.0, 290.6], [0, 0, 1]]),
+    "beyond": np.array([[1.0, 0, 3.2], [0, 1, -70.4], [0, 0, 1]]),
+    "horizon": np.array([[1.0, 0, 0], [0, 1, 0], [0.01, 0.01, -1]]),
+}
+
+
+@pytest.mark.parametrize("samples", [1, 3])
+@pytest.mark.parametrize("matrix", TURNS.values(), ids=TURNS)
+def test_the_needed_rows_are_enough(matrix: Any, samples: int) -> None:
+    """All others are NaN and saturated, so that each that is taken shows."""
+    image, mask = make_image(3), make_image(4)[..., 0] > 0.8
+    height, region, rows = len(image), Region(2, 1, 240, 290), 29
+    whole, whole_mask = warp(image, mask, matrix, region, samples=samples)
+    for first in range(0, region.height, rows):
+        begin, end = find_needed_rows(matrix, region, first, first + rows, height)
+        others, saturated = np.full_like(image, np.nan), np.ones_like(mask)
+        others[begin:end], saturated[begin:end] = image[begin:end], mask[begin:end]
+        taken = others[begin:end], saturated[begin:end]
+        band, clipped = warp(*taken, matrix, region, first, first + rows, samples, (begin, height))
+        inside = warp(others, saturated, matrix, region, first, first + rows, samples)[0]
+        assert np.array_equal(band, whole[first : first + rows])
+        assert np.array_equal(inside, band)
+        assert np.array_equal(clipped, whole_mask[first : first + rows])
+
+
+def test_a_band_needs_few_rows_more_than_it_has() -> None:
+    region = Region(0, 0, 257, 301)
+    assert find_needed_rows(TURNS["shift"], region, 100, 120, 301) == (97, 121)
+    assert find_needed_rows(TURNS["horizon"], region, 90, 110, 301) == (0, 301)
 
 
 def test_saturation_spreads_to_all_that_a_clipped_pixel_enters() -> None:
