@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from engine.core.colour import REC_709, WorkingSpace, srgb_decode, srgb_encode
 from engine.images.encode import encode_exr, encode_png, rgb_channels
+from engine.images.png_rows import encode_png_rows
+from engine.storage.atomic import Pieces
 from engine.surface.pbr_maps import PbrMaps, space_of
 
 Map = NDArray[np.float32]
@@ -48,10 +50,21 @@ def encode(image: NDArray[Any], loss: str = "") -> bytes:
     """A PNG of codes, or an OpenEXR file of half floats, that states the `loss` as its comment."""
     if image.dtype != np.float16:
         return encode_png(image, software="Lightarc", comment=loss)
+    return encode_exr(_name_channels(image), attributes={"comments": loss} if loss else None)
+
+
+def encode_large(image: NDArray[Any], loss: str = "") -> bytes | Pieces:
+    """The same file; a PNG in pieces, so that memory need not hold it."""
+    return (
+        encode(image, loss) if image.dtype == np.float16 else encode_png_rows(image, software="Lightarc", comment=loss)
+    )
+
+
+def _name_channels(image: NDArray[Any]) -> dict[str, NDArray[Any]]:
     channels = {"Y": image} if image.ndim == 2 else rgb_channels(image)
     if image.ndim == 3 and image.shape[2] == 4:
         channels["A"] = image[..., 3]
-    return encode_exr(channels, attributes={"comments": loss} if loss else None)
+    return channels
 
 
 def encode_base_colour(maps: PbrMaps, space: WorkingSpace, loss: str = "") -> bytes:

@@ -18,10 +18,11 @@ import numpy as np
 import engine
 from engine.core.colour import ACESCG, LUMINANCE
 from engine.core.steps import Step, Steps
-from engine.exchange.coding import encode, encode_base_colour
+from engine.exchange.coding import encode_base_colour, encode_large
 from engine.exchange.layers import gltf_values, gltf_warnings, openpbr_inputs, openpbr_warnings
 from engine.exchange.subject import Contents, Files, Settings, Subject
 from engine.exchange.textures import common_warnings, ior_of, mean_f0_warnings, pack
+from engine.storage.atomic import Pieces
 from engine.surface.pbr_maps import PbrMaps
 
 #: Node name, type, source, and the colour space of its file.
@@ -64,11 +65,11 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     return Contents(Files({**document, **files}), 8.0, warnings)
 
 
-def texture_file(subject: Subject, source: str, space: str, loss: str) -> bytes:
+def texture_file(subject: Subject, source: str, space: str, loss: str) -> bytes | Pieces:
     """A map of the subject as a PNG of 8 bits, in ACEScg as OpenEXR."""
     if space == "acescg":
         return encode_base_colour(subject.maps, ACESCG, loss)
-    return encode(pack(subject, (source,), "png8"), loss)
+    return encode_large(pack(subject, (source,), "png8"), loss)
 
 
 def _file(subject: Subject, node: str, space: str) -> str:

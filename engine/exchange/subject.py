@@ -138,10 +138,15 @@ class Files(Mapping[str, bytes]):
     So of a large material one file is in memory at a time.
     """
 
-    def __init__(self, files: Mapping[str, bytes | Callable[[], bytes]]) -> None:
+    def __init__(self, files: Mapping[str, bytes | Callable[[], bytes | Pieces]]) -> None:
         self._files = dict(files)
 
     def __getitem__(self, path: str) -> bytes:
+        content = self.take(path)
+        return content if isinstance(content, bytes) else b"".join(content)
+
+    def take(self, path: str) -> bytes | Pieces:
+        """The content of a file, or the pieces in which it is made."""
         content = self._files[path]
         return content if isinstance(content, bytes) else content()
 
@@ -176,7 +181,9 @@ class Contents:
 
     def content(self, path: str) -> bytes | Pieces:
         """The bytes of the file at a path, or its pieces."""
-        return self.pages[path] if path in self.pages else self.files[path]
+        if path in self.pages:
+            return self.pages[path]
+        return self.files.take(path) if isinstance(self.files, Files) else self.files[path]
 
 
 def fit_warnings(subject: Subject) -> tuple[str, ...]:

@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 
 from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps
-from engine.exchange.coding import Coding, Handedness, Map, code, encode, encode_base_colour, round_values
+from engine.exchange.coding import Coding, Handedness, Map, code, encode_base_colour, encode_large, round_values
 from engine.exchange.layers import none_warnings
 from engine.exchange.loss import Shown, maps_shown
 from engine.exchange.subject import Contents, Files, Settings, Subject
+from engine.storage.atomic import Pieces
 from engine.surface.pbr_maps import DIELECTRIC_F0, count_regions, space_of, wide_text
 
 
@@ -168,7 +169,7 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     """The textures of a preset; UsageError for one that does not exist."""
     preset = _preset(settings)
     handedness = settings.normal or preset.normal
-    files: dict[str, Callable[[], bytes]] = {}
+    files: dict[str, Callable[[], bytes | Pieces]] = {}
     read = 0
     yield Step(0.0, "choosing textures")
     for texture in preset.textures:
@@ -200,10 +201,10 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     return Contents(Files(files), float(read), warnings, record)
 
 
-def _file(subject: Subject, texture: Texture, coding: Coding, handedness: Handedness, loss: str) -> bytes:
+def _file(subject: Subject, texture: Texture, coding: Coding, handedness: Handedness, loss: str) -> bytes | Pieces:
     if coding == "exr" and texture.sources == ("base_colour",):
         return encode_base_colour(subject.maps, space_of(subject.maps), loss)
-    return encode(pack(subject, texture.sources, coding, handedness), loss)
+    return encode_large(pack(subject, texture.sources, coding, handedness), loss)
 
 
 def _channels(texture: Texture) -> int:

@@ -41,15 +41,19 @@ def encode_png(
         raise ValueError(f"PNG cannot hold {pixels.dtype} {pixels.shape}")
     content = data.reshape(-1).data  # `data` may lie on the disk (`engine.storage.spilling`)
     after_header = len(SIGNATURE) + 25
-    coding = _chunk(b"sRGB", b"\1") if transfer == "srgb" else _chunk(b"gAMA", LINEAR_GAMMA)
+    return b"".join([content[:after_header], write_png_tags(transfer, software, comment), content[after_header:]])
+
+
+def write_png_tags(transfer: Transfer, software: str, comment: str) -> bytes:
+    """The chunks of a PNG between its header and its samples, as `encode_png` describes them."""
+    coding = write_png_chunk(b"sRGB", b"\1") if transfer == "srgb" else write_png_chunk(b"gAMA", LINEAR_GAMMA)
     words = {"Software": software, "Comment": comment}
-    tags = b"".join(
-        _chunk(b"tEXt", f"{name}\0{text}".encode("latin-1", "replace")) for name, text in words.items() if text
-    )
-    return b"".join([content[:after_header], coding, tags, content[after_header:]])
+    texts = (f"{name}\0{text}".encode("latin-1", "replace") for name, text in words.items() if text)
+    return b"".join([coding, *(write_png_chunk(b"tEXt", text) for text in texts)])
 
 
-def _chunk(kind: bytes, body: bytes) -> bytes:
+def write_png_chunk(kind: bytes, body: bytes) -> bytes:
+    """A chunk with its length and checksum."""
     return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
 
 

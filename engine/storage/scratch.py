@@ -10,7 +10,7 @@ import os
 import shutil
 import tempfile
 import weakref
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
@@ -21,6 +21,9 @@ from numpy.typing import DTypeLike, NDArray
 from engine.core.errors import OutputError
 from engine.core.figure_text import size_text
 from engine.storage.file_array import FileArray, Plane
+
+#: Bytes of a content that are read at once.
+PIECE_BYTES = 1 << 22
 
 #: Larger arrays go to a file.
 IN_MEMORY_BYTES = 512 * 2**20
@@ -164,6 +167,27 @@ class ScratchFiles(Mapping[str, bytes]):
     def size_bytes(self, name: str) -> int:
         """Bytes of a content, which is not read."""
         return self._places[name][1]
+
+
+class ScratchPieces:
+    """Content of a file that is made piece by piece (`engine.storage.atomic.Pieces`): together in memory up to
+    `IN_MEMORY_BYTES` and beyond in an unnamed file, from which it is read again.
+
+    OutputError where the disk has no room.
+    """
+
+    def __init__(self, pieces: Iterable[bytes]) -> None:
+        self._contents, self._size_bytes = _Contents(), 0
+        for piece in pieces:
+            self._contents.append(piece)
+            self._size_bytes += len(piece)
+
+    def __len__(self) -> int:
+        return self._size_bytes
+
+    def __iter__(self) -> Iterator[bytes]:
+        for start in range(0, self._size_bytes, PIECE_BYTES):
+            yield self._contents.read(start, min(PIECE_BYTES, self._size_bytes - start))
 
 
 class ScratchRows(Mapping[int, bytes]):

@@ -19,9 +19,11 @@ from numpy.typing import NDArray
 
 from engine.capture.scale import is_estimate, mm_per_texel
 from engine.core.colour import REC_709, srgb_encode
-from engine.core.steps import Step, Steps
-from engine.images.encode import encode_png, rgb_channels, write_exr
-from engine.storage.atomic import atomic_folder, write_bytes, write_json
+from engine.core.steps import Step, Steps, part
+from engine.images.encode import rgb_channels
+from engine.images.exr_strips import Planes, write_exr_strips
+from engine.images.png_rows import write_png
+from engine.storage.atomic import atomic_file, atomic_folder, write_json
 from engine.surface.pbr_maps import PbrMaps, count_regions, space_of
 from engine.surface.recover import Surface
 
@@ -136,13 +138,18 @@ def write_surface(folder: Path, surface: Surface, provenance: Mapping[str, Any],
     files = []
     with atomic_folder(folder, RECORD) as partial:
         for index, (name, values) in enumerate(known.items()):
-            yield Step(index / len(known), f"writing {name}")
+            start, stop, note = index / len(known), (index + 1) / len(known), f"writing {name}"
+            yield Step(start, note)
             channels = rgb_channels(values) if values.ndim == 3 else {"Y": values}
             half = name in ("base_colour", "roughness", "metallic", "specular", "occlusion")
             space = space_of(surface.maps) if name.startswith("base_colour") else REC_709
-            write_exr(partial / f"{name}.exr", channels, half=half, space=space)
+            planes = Planes(channels, {"chromaticities": space.chromaticities}, half)
+            with atomic_file(partial / f"{name}.exr") as file:
+                late = yield from part(write_exr_strips(planes, file.write, note), start, stop)
+                file.seek(late.place)
+                file.write(late.content)
             shown = surface.maps.base_colour if name == "base_colour" else values
-            write_bytes(partial / f"{name}.png", encode_png(preview(name, shown), software=software))
+            write_png(partial / f"{name}.png", preview(name, shown), software=software)
             files += [f"{name}.exr", f"{name}.png"]
         write_json(partial / RECORD, record(surface, provenance))
     return [RECORD, *files]

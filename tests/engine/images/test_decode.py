@@ -177,7 +177,7 @@ def test_fault6_what_is_not_converted_is_named(read: Callable[..., Any], content
 def png_header(width: int, height: int, bits: int = 8, kind: int = 2) -> Any:
     body = struct.pack(">IIBBBBB", width, height, bits, kind, 0, 0, 0)
     chunks = (b"IHDR", body), (b"IDAT", zlib.compress(bytes(100))), (b"IEND", b"")
-    return b"\x89PNG\r\n\x1a\n" + b"".join(encode._chunk(*chunk) for chunk in chunks)
+    return b"\x89PNG\r\n\x1a\n" + b"".join(encode.write_png_chunk(*chunk) for chunk in chunks)
 
 
 def tiff_header(width: int, height: int, **changes: Any) -> bytes:
@@ -455,7 +455,7 @@ def test_half_size_averages(read: Callable[..., Any]) -> None:
 
 def test_an_embedded_profile_that_is_none_is_refused(read: Callable[..., Any]) -> None:
     content = encode.encode_png(CODES8)
-    profile = encode._chunk(b"iCCP", b"Adobe RGB\0\0" + zlib.compress(b"desc Adobe RGB (1998)"))
+    profile = encode.write_png_chunk(b"iCCP", b"Adobe RGB\0\0" + zlib.compress(b"desc Adobe RGB (1998)"))
     with pytest.raises(InputError, match="colour profile"):
         read(content[:33] + profile + content[33:])
 

@@ -32,9 +32,9 @@ SPACES = ("sRGB", "Adobe RGB", "Display P3", "ProPhoto RGB", "Rec.2020", "eciRGB
 def png(codes: Any, profile: bytes = b"", *more: tuple[bytes, bytes], plain: bool = True) -> bytes:
     content = encode.encode_png(codes)
     if plain:
-        content = content.replace(encode._chunk(b"sRGB", b"\1"), b"")
+        content = content.replace(encode.write_png_chunk(b"sRGB", b"\1"), b"")
     chunks = [(b"iCCP", b"x\0\0" + zlib.compress(profile))] * bool(profile) + list(more)
-    return content[:33] + b"".join(encode._chunk(*chunk) for chunk in chunks) + content[33:]
+    return content[:33] + b"".join(encode.write_png_chunk(*chunk) for chunk in chunks) + content[33:]
 
 
 def tiff(codes: Any, profile: bytes = b"", description: str = "") -> bytes:
