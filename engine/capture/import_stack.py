@@ -37,6 +37,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 import engine
+from engine.capture import import_codes
 from engine.capture.ahead import AheadLight, Begun, take_begun
 from engine.capture.assumptions import compare_azimuths
 from engine.capture.calibration.correction import Correction, room_light, room_share
@@ -47,7 +48,7 @@ from engine.capture.calibration.polarisation import PairTexels, separate, texel_
 from engine.capture.calibration.rig import TERMS, Rig, lamp_vectors
 from engine.capture.calibration.separation import gain_text
 from engine.capture.calibration.transfer import check_transfer
-from engine.capture.coded_pixels import Curve, Decoding, FallOff, is_same
+from engine.capture.coded_pixels import Curve, Decoding
 from engine.capture.decoded import Kept, find_kept
 from engine.capture.detail import about_detail
 from engine.capture.doubts import check_angles, without_empty, without_unreadable
@@ -73,7 +74,7 @@ from engine.capture.noted import Noted, note, reduce_luminance, small
 from engine.capture.object_outline import ObjectOutline
 from engine.capture.output import BAND_PIXELS, RECORD_BYTES, CodeForm, CorrectRows, Output, Written, find_form
 from engine.capture.output_region import View, view_of
-from engine.capture.photograph.bayer import Mosaic, Sensor
+from engine.capture.photograph.bayer import Mosaic
 from engine.capture.photograph.decode import Photograph, ReadAhead, Unreadable
 from engine.capture.photograph.exposures import Exposure
 from engine.capture.photograph.radiometry import ExposureMerge
@@ -187,7 +188,7 @@ def _import(sources: Sources, settings: ImportSettings, place: Path, as_codes: b
     plan = replace(plan, as_codes=as_codes)
     first, record = len(plan.names), None
     while record is None:
-        last = 1.0 if _direct(plan) else 0.55
+        last = 1.0 if import_codes.is_direct(plan) else 0.55
         with ExitStack() as files:
             read = yield from part(_read_all(plan, place, files), 0.1, last)
             left = decide_files(plan, read.photographs, read.thumbnails)
@@ -234,7 +235,7 @@ def _align_record(plan: Plan, read: _Read, place: Path, files: ExitStack, starte
     """Align and write what has been read, unless that was done while it was, and describe it."""
     about_angles = check_angles(plan.sources, read.thumbnails, plan.settings.trust_angles)
     alignment = _find_unmoved(len(plan.names))
-    if not _direct(plan):
+    if not import_codes.is_direct(plan):
         alignment = yield from part(_align(plan, read), started, 0.7)
         if "lights" in plan.calibrated:
             plan = _check(plan, read, alignment)
@@ -350,11 +351,11 @@ def _degrees(angles: NDArray[np.float64]) -> list[float]:
 
 def _read_all(plan: Plan, place: Path, files: ExitStack) -> Steps[_Read]:
     """Read, calibrate and merge all lights; those of a still camera are written at once."""
-    begun = take_begun(plan.settings, place) if _writes_at_once(plan) else None
+    begun = take_begun(plan.settings, place) if import_codes.writes_at_once(plan) else None
     read, lights = _Read(begun=begun), plan.sources.exposures
     known, still = _find_known(plan, begun), plan.still and "motion" not in plan.calibrated
     unknown = [path for path in plan.files if path not in known]
-    keep_codes = _waits_as_codes(plan) or _writes_codes(plan)
+    keep_codes = import_codes.waits_as_codes(plan) or import_codes.writes_codes(plan)
     with closing(ReadAhead(unknown, **plan.options, keep_codes=keep_codes)) as ahead:
         for index, light in enumerate(lights):
             start, stop = index / len(lights), (index + 1) / len(lights)
@@ -399,10 +400,10 @@ def _find_known(plan: Plan, begun: Begun | None) -> dict[Path, tuple[Kept, Ahead
         kept = find_kept(path, plan.options) if len(light) == 1 else None
         if kept is None or kept.pixels is None:
             continue
-        factor = _factor(plan, index, path)
-        numbers = plan.calibration.numbers(kept.photograph, *_angles(plan, index), factor)
-        form = find_form(kept.coded) if kept.coded is not None and _writes_codes(plan) else None
-        is_fit = begun is not None and begun.form == form and (form is not None or _direct(plan))
+        factor = import_codes.find_factor(plan, index, path)
+        numbers = plan.calibration.numbers(kept.photograph, *import_codes.find_angles(plan, index), factor)
+        form = find_form(kept.coded) if kept.coded is not None and import_codes.writes_codes(plan) else None
+        is_fit = begun is not None and begun.form == form and (form is not None or import_codes.is_direct(plan))
         there = begun.find(index, kept, numbers) if begun is not None and is_fit else None
         if there is not None or plan.calibration.leaves(kept.photograph, factor):
             found[path] = kept, there
@@ -433,13 +434,13 @@ def _take_known(
     _note_form(plan, read, coded)
     if there is not None and read.form is None:
         _direct_output(plan, read, place, files).adopt(there.written)
-    elif coded is not None and read.form is not None and _writes_at_once(plan):
+    elif coded is not None and read.form is not None and import_codes.writes_at_once(plan):
         yield from _keep_codes(plan, read, coded, place, files, written=None if there is None else there.written)
     else:
         assert kept.pixels is not None
         pixels: Pixels | CodedPixels = CodedPixels(coded, _calibration_of(plan, read)) if coded else kept.pixels  # type: ignore[assignment]
         waiting = WaitingLight(pixels, stays=True)
-        if _direct(plan):
+        if import_codes.is_direct(plan):
             yield from _direct_output(plan, read, place, files).add(waiting, np.eye(3))
         else:
             read.waiting.append(waiting)
@@ -451,7 +452,7 @@ def _note_form(plan: Plan, read: _Read, coded: Coded | Mosaic | None) -> None:
 
     Raises _OtherForms where codes have another form than those of the first light.
     """
-    form = find_form(coded) if coded is not None and _writes_codes(plan) else None
+    form = find_form(coded) if coded is not None and import_codes.writes_codes(plan) else None
     index = len(read.photographs) - 1
     read.form = form if index == 0 else read.form
     if form != read.form:
@@ -459,17 +460,7 @@ def _note_form(plan: Plan, read: _Read, coded: Coded | Mosaic | None) -> None:
     if coded is None or form is None:
         return
     (photograph,) = read.photographs[-1]
-    distance = plan.calibration.lamp_distance
-    stated = FallOff(distance, *_angles(plan, index)) if math.isfinite(distance) else None
-    red, green, blue = plan.calibration.factors(photograph, _factor(plan, index, photograph.path)).tolist()
-    curve: Curve | Sensor
-    if isinstance(coded, Mosaic):
-        curve = coded.sensor
-    else:
-        matrix = None if coded.matrix is None else coded.matrix.copy()
-        curve = Curve(coded.tables.copy(), coded.white, matrix)  # a view would keep alive in what the decoder answered
-    known = next((each.curve for each in read.decodings if is_same(each.curve, curve)), curve)
-    read.decodings.append(Decoding(known, (red, green, blue), stated))
+    read.decodings.append(import_codes.describe_decoding(plan, index, photograph, coded, read.decodings))
 
 
 def _keep_codes(
@@ -488,12 +479,12 @@ def _keep_codes(
     output = _direct_output(plan, read, place, files)
     if written is None:
         take = None
-        if _direct(plan) and photograph is not None:
+        if import_codes.is_direct(plan) and photograph is not None:
             take = output.cut(Pixels(photograph.radiance, photograph.saturated))
-        elif _direct(plan):
+        elif import_codes.is_direct(plan):
             take = output.decode(coded, read.decodings[index])
         written = yield from output.write_codes(index, coded, take)
-    if _direct(plan):
+    if import_codes.is_direct(plan):
         output.adopt(written)
         return
     read.stored.append(written)
@@ -518,7 +509,7 @@ def _light(
 ) -> Steps[Photograph | None]:
     """The photograph of a light, merged from its exposures; None where one has another size than the first of all."""
     sources = plan.sources
-    angles = _angles(plan, index)
+    angles = import_codes.find_angles(plan, index)
     merge, originals = ExposureMerge(), []
     photograph: Photograph | None = None
     for place, one in enumerate(light):
@@ -530,7 +521,7 @@ def _light(
         if read.sizes[-1] != read.sizes[0]:
             read.photographs.append(tuple(originals))
             return None
-        factor = _factor(plan, index, one.path) if len(light) == 1 else 1.0
+        factor = import_codes.find_factor(plan, index, one.path) if len(light) == 1 else 1.0
         photograph = plan.calibration.applied(photograph, *angles, factor)
         if plan.chart is not None:
             photograph = replace(photograph, radiance=plan.chart[0].apply(photograph.radiance))
@@ -557,7 +548,9 @@ def _read_crossed(
     read.photographs[-1] = (*read.photographs[-1], _without_pixels(crossed, None))
     if read.sizes[-1] != read.sizes[0]:
         return None
-    crossed = plan.calibration.applied(crossed, *_angles(plan, index), _factor(plan, index, path))
+    crossed = plan.calibration.applied(
+        crossed, *import_codes.find_angles(plan, index), import_codes.find_factor(plan, index, path)
+    )
     if plan.chart is not None:
         crossed = replace(crossed, radiance=plan.chart[0].apply(crossed.radiance))
     refuse_larger(path, crossed.radiance)
@@ -566,17 +559,6 @@ def _read_crossed(
     if plan.settings.motion != "none" or "motion" in plan.calibrated:
         read.pair_shifts.append(measure_shift(*(reduce_luminance(each.radiance) for each in (photograph, crossed))))
     return crossed
-
-
-def _angles(plan: Plan, index: int) -> tuple[float, float]:
-    """Elevation and azimuth of a lamp in radians, the azimuth 0 where it is not known."""
-    azimuth = plan.sources.azimuth
-    return float(plan.sources.elevation[index]), 0.0 if azimuth is None else float(azimuth[index])
-
-
-def _factor(plan: Plan, index: int, path: Path) -> float:
-    """What brings the photograph at `path` of a lamp to the scale of the stack."""
-    return plan.scale.factor.get(path, 1.0) / float(plan.gains[index])
 
 
 def _without_pixels(photograph: Photograph, exposure_s: float | None) -> Photograph:
@@ -601,10 +583,10 @@ def _keep(
     """Write the pixels: of a still camera to the stack, else where they wait for the alignment."""
     count = len(plan.names)
     _note_form(plan, read, photograph.coded)
-    if photograph.coded is not None and read.form is not None and _writes_at_once(plan):
+    if photograph.coded is not None and read.form is not None and import_codes.writes_at_once(plan):
         yield from _keep_codes(plan, read, photograph.coded, place, files, photograph=photograph)
         return
-    if _direct(plan):
+    if import_codes.is_direct(plan):
         light = WaitingLight(Pixels(photograph.radiance, photograph.saturated))
         yield from _direct_output(plan, read, place, files).add(light, np.eye(3))
         return
@@ -643,34 +625,10 @@ def _keep(
         read.waiting.append(WaitingLight(CodedPixels(coded, _calibration_of(plan, read))))
 
 
-def _waits_as_codes(plan: Plan) -> bool:
-    """Whether codes of photographs are kept: what is done to each pixel can be done again, and cheaply."""
-    return not _direct(plan) and not plan.has_pairs and plan.chart is None and plan.calibration.is_by_pixel
-
-
-def _writes_codes(plan: Plan) -> bool:
-    """Whether codes may be what is written: photographs stay where they are, and few numbers correct their pixels."""
-    frames = plan.calibration
-    is_plain = frames.is_by_pixel and frames.dark is None and frames.gain is None and plan.chart is None
-    return plan.as_codes and is_plain and plan.still and plan.settings.framing is None and not plan.has_pairs
-
-
-def _writes_at_once(plan: Plan) -> bool:
-    """Whether lights are written as they are read; those that may still be moved are needed beyond a crop."""
-    return _direct(plan) or (_writes_codes(plan) and plan.settings.crop is None)
-
-
 def _calibration_of(plan: Plan, read: _Read) -> CalibrateRows:
-    """What is done to rows of the photograph of the light that has been read last; it has one exposure."""
-    index, (photograph,), height = len(read.photographs) - 1, read.photographs[-1], read.shape[0]
-    angles = _angles(plan, index)
-    factor = _factor(plan, index, photograph.path)
-    calibration = plan.calibration
-
-    def calibrate(radiance: NDArray[np.float32], saturated: NDArray[np.bool_], first: int) -> None:
-        calibration.correct_rows((radiance, saturated), first, photograph, height, *angles, factor)
-
-    return calibrate
+    """The calibration of rows of the photograph of the light that has been read last."""
+    (photograph,) = read.photographs[-1]
+    return import_codes.find_calibration(plan, len(read.photographs) - 1, photograph, read.shape[0])
 
 
 def _align(plan: Plan, read: _Read) -> Steps[Alignment]:
@@ -679,11 +637,6 @@ def _align(plan: Plan, read: _Read) -> Steps[Alignment]:
         factor = reduction(*read.shape)
         alignment = yield from align(read.greys, plan.names, plan.settings.motion, factor, plan.reference)
     return _control_points(plan, alignment)
-
-
-def _direct(plan: Plan) -> bool:
-    """Whether photographs are written as they are read: nothing moves them, and nothing is to be estimated."""
-    return plan.still and not plan.calibrated and not plan.has_pairs
 
 
 def _check(plan: Plan, read: _Read, alignment: Alignment) -> Plan:

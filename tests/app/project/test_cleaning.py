@@ -175,7 +175,7 @@ def test_a_project_of_before_is_compressed_and_its_pixels_come_back(
 ) -> None:
     """Stack and arrays as .npy files beside the project, and radiance in place of codes."""
     with monkeypatch.context() as patch:
-        patch.setattr("engine.capture.import_stack._writes_codes", lambda _: False)
+        patch.setattr("engine.capture.import_codes.writes_codes", lambda _: False)
         project = make(tmp_path / "a.lap", capture, ImportChoices(motion="none"))
     opened, folder = read(project).current, data_folder(project)
     before = content(opened)

@@ -15,8 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 import lightarc
-from engine.capture import coded_pixels, output
-from engine.capture import import_stack as module
+from engine.capture import coded_pixels, import_codes, output
 from engine.capture.ahead import WrittenAhead
 from engine.capture.coded_pixels import CodedArray
 from engine.capture.decoded import Decoded, mark_of
@@ -229,7 +228,7 @@ def test_mosaics_that_are_moved_make_a_stack_of_radiance(
     found = [drain(import_stack(find([folder]), settings, tmp_path / "stack"))]
     with keep_in_memory(0):
         found.append(drain(import_stack(find([folder]), settings, tmp_path / "limited")))
-    monkeypatch.setattr(module, "_waits_as_codes", lambda _: False)
+    monkeypatch.setattr(import_codes, "waits_as_codes", lambda _: False)
     expected = drain(import_stack(find([folder]), settings, tmp_path / "expected", as_codes=False))
     for each in found:
         assert set(each.pixels) == {RADIANCE, SATURATED}

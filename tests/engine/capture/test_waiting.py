@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
+import engine.capture.import_codes as import_codes
 import engine.capture.import_stack as module
 from engine.capture.import_plan import ImportSettings
 from engine.capture.import_stack import import_stack
@@ -62,7 +63,7 @@ def test_codes_that_wait_become_the_bits_of_pixels_that_wait(
     )
     settings = ImportSettings(lamp_distance=4.0)
     codes = drain(import_stack(sources, settings, tmp_path / "codes"))
-    monkeypatch.setattr(module, "_waits_as_codes", lambda _: False)
+    monkeypatch.setattr(import_codes, "waits_as_codes", lambda _: False)
     pixels = drain(import_stack(sources, settings, tmp_path / "pixels", as_codes=False))
     assert term in {each["name"] for each in codes.provenance["calibration"] if each["accepted"]}
     for name in ("radiance", "saturated"):
