@@ -16,7 +16,7 @@ sample without polarisers, and `diffuse.npy` its diffuse part.
 
 Radiance 1 is the white level of the reference exposure (`engine.capture.photograph.exposures`).
 Cost: without alignment that of decoding the photographs on two cores; ten of 24 megapixels need 1.8 GiB, decoders
-included. What is estimated adds some 7 s for 64 photographs, and for 24 megapixels 0.4 s a photograph. A light that is
+included. What is estimated adds some 5 s for 64 photographs, and for 24 megapixels 0.4 s a photograph. A light that is
 written gives its scratch files back, so that needs the disk space of the result and of one light more.
 """
 

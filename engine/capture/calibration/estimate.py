@@ -10,7 +10,7 @@ Texels are matte first; where that model errs and highlights explain the photogr
 Intervals join that scatter with a jackknife over groups of lamps, since what the model of a texel lacks (gloss,
 shadows, light that bounces) errs alike over the image but not from lamp to lamp.
 
-Cost: 2 s of one core for 60 photographs of matte texels and 6 s of glossy ones, whatever their size. Sets of terms and
+Cost: 1 s of one core for 64 photographs of matte texels and 4 s of glossy ones, whatever their size. Sets of terms and
 halves of the image are fitted side by side.
 """
 
