@@ -248,10 +248,12 @@ def _fit(texels: Texels, towards: Array, lamps: Lamps, kinds: Kinds, lambertian:
     priors = kinds.priors if kinds.falls is None else np.hstack([kinds.priors, kinds.falls])
     fit_texels(scaled, usable, towards, shares, both, priors, kind, lambertian, found)
     if kinds.matte is not None and not lambertian and kinds.matte[kind].any():
-        matte, plain = kinds.matte[kind], np.zeros_like(found)
-        fit_texels(scaled, usable, towards, shares, both, priors, kind, True, plain)
+        at = np.flatnonzero(kinds.matte[kind])
+        own, plain = towards[:, at] if towards.shape[1] > 1 else towards, np.zeros((len(at), COLUMNS))
+        some, some_usable = np.ascontiguousarray(scaled[:, at]), np.ascontiguousarray(usable[:, at])
+        fit_texels(some, some_usable, own, shares, both, priors, kind[at], True, plain)
         for column in (A, B, VAR_A, VAR_B, COV_AB):
-            found[matte, column] = plain[matte, column]
+            found[at, column] = plain[:, column]
     growth = kinds.growth[kind]
     found[:, [VAR_A, VAR_B, COV_AB]] *= growth[:, :1]
     found[:, [VAR_A, VAR_B]] += np.broadcast_to(kinds.doubt, len(kinds.growth))[kind][:, None]
