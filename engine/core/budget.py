@@ -13,10 +13,12 @@ processes may take as much each. On other systems there is no such limit, and on
 
 from __future__ import annotations
 
+import mmap
 import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import psutil
 
@@ -154,14 +156,25 @@ def follow_untouched() -> None:
 def _count_untouched() -> int:
     if sys.platform != "linux":
         return 0
-    used = psutil.Process().memory_info()
-    return max(0, int(used.data - (used.rss - used.shared)))
+    resident, of_files, data = _read_sizes()
+    return max(0, data - (resident - of_files))
 
 
 def count_bytes() -> int:
     """Memory of this process as the limit counts it on Linux, and resident memory elsewhere."""
-    used = psutil.Process().memory_info()
-    return int(used.data - _untouched_bytes if sys.platform == "linux" else used.rss)
+    if sys.platform != "linux":
+        return int(psutil.Process().memory_info().rss)
+    return _read_sizes()[2] - _untouched_bytes
+
+
+def _read_sizes() -> tuple[int, int, int]:
+    """Bytes of this process in memory, those of files among them, and private ones that can be written to.
+
+    They are asked for fifty times a second, and psutil reads more than they need (proc_pid_statm(5)).
+    """
+    fields = Path("/proc/self/statm").read_bytes().split()
+    resident, of_files, data = (mmap.PAGESIZE * int(fields[place]) for place in (1, 2, 5))
+    return resident, of_files, data
 
 
 def _lower_to(size_bytes: int, hard: int) -> int:
