@@ -19,6 +19,7 @@ from app.project.project_file import ENDING
 from engine.capture.ahead import WrittenAhead
 from engine.capture.arriving import Arrived, Capture, Wait, Watching, arrive, decoding_options
 from engine.capture.decoded import Decoded
+from engine.capture.import_plan import ImportSettings
 from engine.capture.import_stack import import_stack
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import percent, time_text
@@ -117,7 +118,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         with closing(source):
             name = source.name if isinstance(source, Camera) else str(folder)
             show(Step(0.0, f"waiting for photographs from {name}"))
-            capture, stopped, last_s = _follow(decoded, ahead, wishes, source.wait, show)
+            capture, stopped, last_s = _follow(decoded, ahead, wishes, settings, source.wait, show)
         sources = drain(import_.find_sources(arguments, [folder]), show)
         if choices is not None:
             stack = drain(write_project(target, sources, choices), show).stack
@@ -154,9 +155,16 @@ def report(result: dict[str, Any]) -> str:
 
 
 def _follow(
-    decoded: Decoded, ahead: WrittenAhead, wishes: Watching, wait: Wait, show: Callable[[Step], None]
+    decoded: Decoded,
+    ahead: WrittenAhead,
+    wishes: Watching,
+    settings: ImportSettings,
+    wait: Wait,
+    show: Callable[[Step], None],
 ) -> tuple[Capture, bool, float]:
     """The capture when it has ended, whether Ctrl+C ended it, and when its last photograph was there."""
+    from app.watch.kernels import load_kernels_beside
+
     finish, last_s = threading.Event(), time.perf_counter()
 
     def tell(step: Step) -> None:
@@ -168,7 +176,8 @@ def _follow(
         show(Step(step.done, step.note))
 
     with ending.during(finish.set, IMPORTING_S):
-        capture = drain(arrive(decoded, wishes, finish.is_set, wait, ahead), tell)
+        arriving = arrive(decoded, wishes, finish.is_set, wait, ahead)
+        capture = drain(load_kernels_beside(arriving, settings), tell)
     if finish.is_set():
         ending.go_on()
     return capture, finish.is_set(), last_s

@@ -18,6 +18,7 @@ from app.commands.workbench import Workbench
 from app.document.import_choices import settings_of
 from app.jobs.jobs import Job
 from app.watch.camera import Camera, find_lack
+from app.watch.kernels import load_kernels_beside
 from app.watch.project import choose_path_ahead
 from app.widgets import theme
 from app.widgets.image_view import paint_whole, rgb_image
@@ -244,7 +245,7 @@ class WatchDialog(QDialog):
             self.ahead = ahead = WrittenAhead(choose_path_ahead(beside), settings, decoded.options)
             with closing(Notices(folder) if port is None else Camera(folder, port)) as source:
                 arriving = arrive(decoded, wishes, finish.is_set, source.wait, ahead)
-                return (yield from relay(arriving, _with_preview))
+                return (yield from relay(load_kernels_beside(arriving, settings), _with_preview))
 
         self.job = self.bench.jobs.submit("Watching a folder", work, lane="screen")
         self.job.progressed.connect(self._on_step)
