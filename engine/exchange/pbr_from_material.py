@@ -50,8 +50,9 @@ ROUGHEST_METAL = 0.5
 #: Pairs of directions.
 PAIRS = 1 << 13
 
-#: Slices that stand for a power law, texels that metallic is chosen by, and texels times slices of one step.
-LAYERS, CHOSEN_BY, TILE = 17, 1 << 13, 1 << 20
+#: Slices that stand for a power law, texels that metallic is chosen by, and texels times slices of one step, which stay
+#: in the cache, and in memory where that is limited.
+LAYERS, CHOSEN_BY, TILE = 17, 1 << 13, 1 << 16
 
 #: Texels that one thread looks at together.
 RUN = 256
