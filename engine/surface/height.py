@@ -12,7 +12,7 @@ there and obeys the slopes of each side (Queau2018 compares ways to keep such st
 slopes alone). The equations then leave the height of each region open by a constant, for which the one is taken that
 makes the steps along its borders smallest; what is known of the step is nothing.
 
-Bound by the transforms: two for each iteration, some 0.2 s per megatexel. Memory: seven arrays in double precision.
+Bound by the transforms: two for each iteration, some 0.2 s per megatexel. Memory: nine arrays in double precision.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from scipy import fft, ndimage
 
 from engine.core.steps import Step, Steps, part
 from engine.surface.depth_edges import Division
+from engine.surface.height_kernel import add_product, apply_normal, multiply_by_inverse_eigenvalues, sum_products
 
 Array = NDArray[np.float64]
 
@@ -97,32 +98,35 @@ def _widen(side: slice, size: int) -> slice:
 def _solve(across: Array, down: Array, wanted_across: Array, wanted_down: Array, start: Array | None) -> Steps[Array]:
     """The height (H, W), but for a constant, whose steps to the right and below are nearest to those that are wanted,
     by the weights `across` (H, W − 1) and `down` (H − 1, W)."""
-    inverse = _inverse_eigenvalues(across.shape[0], down.shape[1])
 
     def evenly(flow: Array) -> Array:
         """The solution for equal weights."""
-        return np.asarray(fft.idctn(inverse * fft.dctn(flow, norm="ortho", workers=2), norm="ortho", workers=2))
+        spectrum = fft.dctn(flow, norm="ortho", workers=2)
+        multiply_by_inverse_eigenvalues(spectrum)
+        return np.asarray(fft.idctn(spectrum, norm="ortho", workers=2, overwrite_x=True))
 
+    residual = _divergence(across * wanted_across, down * wanted_down)
+    enough = TOLERANCE**2 * sum_products(residual, evenly(residual))
     if start is None:
         height = evenly(_divergence(np.where(across > 0.0, wanted_across, 0.0), np.where(down > 0.0, wanted_down, 0.0)))
     else:
         height = start.copy()
-    flat = _divergence(across * wanted_across, down * wanted_down)
-    enough = TOLERANCE**2 * float((flat * evenly(flat)).sum())
-    residual = flat - _divergence(across * np.diff(height, axis=1), down * np.diff(height, axis=0))
-    direction, before = np.zeros_like(height), 1.0
+    applied, direction, before = np.empty_like(height), np.zeros_like(height), 1.0
+    apply_normal(across, down, height, applied)
+    residual -= applied
     for iteration in range(ITERATIONS):
         yield Step(iteration / ITERATIONS, "solving for the height")
         conditioned = evenly(residual)
-        now = float((residual * conditioned).sum())
+        now = sum_products(residual, conditioned)
         if now <= enough:
             break
-        direction = conditioned + (now / before if iteration else 0.0) * direction
+        direction *= now / before if iteration else 0.0
+        direction += conditioned
         before = now
-        applied = _divergence(across * np.diff(direction, axis=1), down * np.diff(direction, axis=0))
-        step = now / float((direction * applied).sum())
-        height += step * direction
-        residual -= step * applied
+        apply_normal(across, down, direction, applied)
+        step = now / sum_products(direction, applied)
+        add_product(height, step, direction)
+        add_product(residual, -step, applied)
     return height
 
 
@@ -314,12 +318,3 @@ def _divergence(across: Array, down: Array) -> Array:
     result[1:] += down
     result[:-1] -= down
     return result
-
-
-def _inverse_eigenvalues(rows: int, columns: int) -> Array:
-    """Inverse eigenvalues of Dᵀ D for cosines (H, W), 0 for the mean."""
-    by_row = 2.0 - 2.0 * np.cos(np.pi * np.arange(rows) / rows)
-    by_column = 2.0 - 2.0 * np.cos(np.pi * np.arange(columns) / columns)
-    values = by_row[:, None] + by_column[None, :]
-    values[0, 0] = np.inf
-    return np.asarray(1.0 / values)
