@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 #: processes take less than the other part of it, since libraries and small arrays need some as well.
 LARGE_PART, MIN_BYTES, IN_MEMORY_PART = 1 / 256, 1 << 20, 0.6
 
-#: Part of the limit from which pages are given back, and how often the process is looked at, in s: a look takes 0.07 ms,
+#: Part of the limit from which pages are given back, and how often the process is looked at, in s: a look takes 70 µs,
 #: and work touches 1 to 2 GB/s.
 RELEASE_PART, LOOK_S = 0.8, 0.005
 
