@@ -100,6 +100,7 @@ from engine.core.directions import surface_direction
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import number, percent
 from engine.core.health import Finding, Health, Verdict
+from engine.core.median import find_median
 from engine.core.steps import Step, Steps, part
 from engine.images.codes import Coded
 from engine.images.credits import join_credits
@@ -698,7 +699,7 @@ def _followed(plan: Plan, read: _Read, alignment: Alignment) -> Steps[tuple[Plan
     found = yield from camera_motion(read.greys, _directions(plan))
     if plan.reference is None and found.moved:
         reference = int(np.argmin(found.residual_px))  # its error is in all others
-    brightness = float(np.median(np.stack(read.greys)))
+    brightness = find_median(read.greys)
     shifts = factor * (found.shifts - found.shifts[reference])
     before, after = levels(found.before, brightness), levels(found.after, brightness)
     held = f"held-out error {number(before)} → {number(after)} levels"

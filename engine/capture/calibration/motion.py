@@ -80,7 +80,8 @@ def camera_motion(images: Sequence[Grey], directions: Array) -> Steps[Motion]:
         return still
     yield Step(0.0, "Looking for motion of the camera")
     factor = max(1, int(np.ceil(np.sqrt(height * width / COARSE_PIXELS))))
-    start = factor * _chain([_normalise(reduce(image, factor)) for image in images], directions)
+    coarse = list_side_by_side(lambda image: _normalise(reduce(image, factor)), images)
+    start = factor * _chain(coarse, directions)
     windows = _windows(images)
     best = still
     with one_thread(), serial_kernels():
@@ -174,7 +175,10 @@ def _windows(images: Sequence[Grey]) -> list[tuple[slice, slice]]:
     height, width = images[0].shape
     if height * width <= WINDOW_PIXELS:
         return [(slice(0, height), slice(0, width))]
-    mean = np.mean(np.stack(images), axis=0, dtype=np.float32)
+    mean = images[0].copy()
+    for image in images[1:]:
+        mean += image
+    mean /= len(images)
     steep = np.hypot(*np.gradient(np.asarray(cv2.GaussianBlur(mean, (0, 0), 1.0), np.float64))) / (
         mean + 0.05 * float(mean.mean()) + 1e-9
     )
