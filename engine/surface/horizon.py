@@ -93,7 +93,11 @@ def _horizon(height: NDArray[np.float32], along: float, across: float, lowest: f
     reach = math.ceil(min(relief / math.tan(lowest) * abs(along), 4.0 * (rows + columns)))
     lines = np.empty(field.shape, np.float32)
     _sweep(field, drift, 1.0 / abs(along), reach, lines)
-    slope = _between_lines(lines, drift) if drift else lines
+    if drift:
+        slope = np.empty_like(lines)  # here, since memory that kernels take cannot be a file (engine.storage.spilling)
+        _between_lines(lines, drift, slope)
+    else:
+        slope = lines
     return slope if along > 0 else np.ascontiguousarray(slope[:, ::-1])
 
 
@@ -133,14 +137,12 @@ def _on_line(field: np.ndarray, row: float, column: int) -> float:
 
 
 @parallel
-def _between_lines(lines: np.ndarray, drift: float) -> np.ndarray:
+def _between_lines(lines: np.ndarray, drift: float, slope: np.ndarray) -> None:
     """Bound by memory: two reads and a write to a texel."""
-    slope = np.empty_like(lines)
     rows, columns = lines.shape
     for row in prange(rows):
         for column in range(columns):
             slope[row, column] = _on_line(lines, row - drift * column, column)
-    return slope
 
 
 @parallel
