@@ -226,6 +226,7 @@ OPTIONS = {
     "batch-captures": ("runs", "seed", "megapixels"),
     "busy-models": ("runs",),
     "large-memory": ("megapixels", "photographs", "limit_bytes"),
+    "watch": ("photographs",),
     "cluster-bakes": ("scenes", "seed", "modes"),
     "cluster-memory": ("vertices", "modes"),
     "cluster-memory-writer": ("vertices", "modes"),
@@ -307,7 +308,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "20000 40000)",
     )
     parser.add_argument(
-        "--photographs", type=int, metavar="N", help="photographs of large-memory; more than 10 are of a dome (10)"
+        "--photographs",
+        type=int,
+        metavar="N",
+        help="photographs of large-memory, more than 10 of which are of a dome (10), or of the one capture of watch "
+        "(4 8 12, from which those of 64 are extrapolated)",
     )
     parser.add_argument(
         "--report",

@@ -2,10 +2,10 @@
 
 Photographs of a dome as JPEG are there but for the last, and have been decoded, and written where that can be done
 before all are there (`engine.capture.ahead`); then the last one is written. What is measured is what a user waits for:
-that it is noticed, decoded and judged, and the import of all of them; and that of their material by itself. Captures
-have the size of the largest one, and fewer photographs: the time of that one follows from the line c0 + c1 N through
-them, neither part below 0. It stands beside an import of the same folder that decodes anew, and the seconds that the
-disk needs for the bytes of the largest stack, by a file of two gigabytes that is flushed.
+that it is noticed, decoded and judged, the import of all of them, and their material. Captures have the size of the
+largest one, and fewer photographs unless their number is given: the time of the largest follows from the line c0 + c1 N
+through them, neither part below 0. It stands beside an import of the same folder that decodes anew, and the seconds
+that the disk needs for the bytes of the largest stack, by a file of two gigabytes that is flushed.
 
 Codes of all photographs but the last one are written before it is there, and the terms of a rig that is estimated are
 applied whenever they are read, so that what is left is one reading of the codes for the report: 3 bytes a pixel, 4.6 GB
@@ -32,6 +32,7 @@ from engine.capture.import_plan import ImportSettings
 from engine.capture.import_stack import import_stack
 from engine.capture.lights.sources import find
 from engine.capture.stack import open_stack
+from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps, drain
 from engine.storage.atomic import atomic_file, discard, make_folder, write_bytes
 from engine.storage.notices import Notices
@@ -46,23 +47,40 @@ PIXEL_BYTES = 3
 KINDS = {"direct": ImportSettings(calibrate="none"), "calibrated": ImportSettings()}
 LIMIT_S, VERDICT_LIMIT_S = 10.0, 2.0
 
+#: What is measured, and its limit.
+_SAID = {
+    "direct-stack": ("the stack of a known rig after the last photograph", None),
+    "direct": ("the material of a known rig after the last photograph", LIMIT_S),
+    "calibrated-stack": ("the stack of a rig that is estimated after the last photograph", None),
+    "calibrated": ("the material of a rig that is estimated after the last photograph", LIMIT_S),
+    "verdict": ("the verdict on the last photograph", VERDICT_LIMIT_S),
+    "again": ("a stack that is decoded anew", None),
+}
 
-def watch(folder: Path) -> Steps[list[Accuracy]]:
-    """Seconds after the last photograph, in the working `folder`."""
-    found: dict[str, list[float]] = {name: [] for name in (*KINDS, "material", "again", "verdict")}
-    for at, count in enumerate(COUNTS):
-        yield Step(at / len(COUNTS), f"{count} photographs of {MEGAPIXELS:g} megapixels")
+
+def watch(folder: Path, *, photographs: int | None = None) -> Steps[list[Accuracy]]:
+    """Seconds after the last photograph, in the working `folder`.
+
+    `photographs` is the number of those of the one capture that is measured, from which nothing is extrapolated.
+    UsageError for fewer than 4.
+    """
+    if photographs is not None and photographs < COUNTS[0]:
+        raise UsageError(f"--photographs {photographs}: watch takes {COUNTS[0]} or more")
+    counts, largest = (COUNTS, LARGEST) if photographs is None else ((photographs,), photographs)
+    found: dict[str, list[float]] = {name: [] for name in _SAID}
+    yield Step(0.0, "making kernels ready")
+    place = _take(folder / "first", COUNTS[0], MEGAPIXELS)
+    for name, settings in KINDS.items():
+        _wait_for(place, COUNTS[0], settings, folder / f"first-{name}")
+    for at, count in enumerate(counts):
+        yield Step(at / len(counts), f"{count} photographs of {MEGAPIXELS:g} megapixels")
         place = _take(folder / f"{count}", count, MEGAPIXELS)
-        if at == 0:  # kernels are compiled
-            for name, settings in KINDS.items():
-                _wait_for(place, count, settings, folder / f"first-{name}")
         for name, settings in KINDS.items():
             target = folder / f"stack-{name}"
             verdict_s, stack_s = _wait_for(place, count, settings, target)
-            found[name].append(stack_s)
-            if name == "direct":
-                found["verdict"].append(verdict_s)
-                found["material"].append(_make_material(target))
+            found["verdict"].append(verdict_s)
+            found[f"{name}-stack"].append(stack_s)
+            found[name].append(stack_s + _make_material(target))
             discard(target)
         begun_s = time.perf_counter()
         drain(import_stack(find([place]), KINDS["calibrated"], folder / "again"))
@@ -70,20 +88,17 @@ def watch(folder: Path) -> Steps[list[Accuracy]]:
         discard(folder / "again")
         discard(place)
     results = []
-    limits_s = {"direct": LIMIT_S, "calibrated": LIMIT_S, "verdict": VERDICT_LIMIT_S, "material": None, "again": None}
-    said = {
-        "direct": "the stack of a known rig after the last photograph",
-        "calibrated": "the stack of a rig that is estimated after the last photograph",
-        "verdict": "the verdict on the last photograph",
-        "material": "the material of a stack",
-        "again": "a stack that is decoded anew",
-    }
-    for name, limit_s in limits_s.items():
-        measured = ", ".join(f"{n}: {s:.2g}" for n, s in zip(COUNTS, found[name], strict=True))
-        text = f"seconds until {said[name]} of {LARGEST} photographs of {MEGAPIXELS:g} megapixels, from fewer"
-        found_s = max(found[name]) if name == "verdict" else _extrapolate(found[name])
-        results.append(Accuracy(f"watch-{name}", found_s, f"{text} ({measured})", limit_s))
-    stack_gb = LARGEST * MEGAPIXELS * PIXEL_BYTES / 1e3
+    for name, (said, limit_s) in _SAID.items():
+        text = f"seconds until {said} of {largest} photographs of {MEGAPIXELS:g} megapixels"
+        if name == "verdict":
+            found_s = max(found[name])
+        elif photographs is None:
+            found_s = _extrapolate(found[name])
+            text += f", from fewer ({', '.join(f'{n}: {s:.2g}' for n, s in zip(counts, found[name], strict=True))})"
+        else:
+            found_s = found[name][0]
+        results.append(Accuracy(f"watch-{name}", found_s, text, limit_s))
+    stack_gb = largest * MEGAPIXELS * PIXEL_BYTES / 1e3
     text = f"seconds that the disk takes for the {stack_gb:.2g} GB of the largest stack"
     return [*results, Accuracy("watch-disk", stack_gb * _flush_gigabyte(folder), text, None)]
 
