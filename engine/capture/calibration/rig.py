@@ -476,6 +476,8 @@ def _step(sample: Sample, model: Model, rig: Rig, weights: Array, free: NDArray[
     )
     texels = values, weights, shown, tangent, lit, by_nearness, np.ascontiguousarray(model.albedo_normals), sample.block
     squares = _eliminate(*texels, along_gains, along, dense, across, squares_of_lit, scores)
+    if not np.isfinite(along).all():
+        raise np.linalg.LinAlgError("the normal equations of a texel are singular")
     flat_gains, flat_dense = along_gains.reshape(-1, count), along.reshape(-1, 4)
     normal = np.empty((4 + count, 4 + count))
     normal[:4, :4] = dense - flat_dense.T @ flat_dense
