@@ -1,6 +1,7 @@
 """Kernels of the equation for the height, which pass over arrays once and make none.
 
-All are bound by memory, and on one thread: where other programs run, threads that wait for each other take longer.
+All are bound by memory, and on one thread: where other programs run, threads that wait for each other take longer. Sums
+have one order, where those of a BLAS depend on its threads.
 """
 
 from __future__ import annotations
