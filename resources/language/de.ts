@@ -11652,6 +11652,10 @@ Elevation %2°, Azimut %3°</translation>
    <translation>ihr Helligkeitsverhältnis ist nur auf %1 bekannt</translation>
   </message>
   <message>
+   <source>the normal equations of a texel are singular</source>
+   <translation>die Normalgleichungen eines Texels sind singulär</translation>
+  </message>
+  <message>
    <source>95 % interval %1 to %2</source>
    <translation>95-%-Intervall %1 bis %2</translation>
   </message>
@@ -15441,6 +15445,10 @@ Elevation %2°, Azimut %3°</translation>
    <translation>eine Schattierungskarte braucht mindestens 2 Schichten, nicht %1</translation>
   </message>
   <message>
+   <source>preparing to linearise</source>
+   <translation>Linearisierung wird vorbereitet</translation>
+  </message>
+  <message>
    <source>its mean radiance is not finite</source>
    <translation>seine mittlere Strahldichte ist nicht endlich</translation>
   </message>
@@ -15451,10 +15459,6 @@ Elevation %2°, Azimut %3°</translation>
   <message>
    <source>Check the exposure and the dark frame</source>
    <translation>Belichtung und Dunkelbild prüfen</translation>
-  </message>
-  <message>
-   <source>preparing to linearise</source>
-   <translation>Linearisierung wird vorbereitet</translation>
   </message>
   <message>
    <source>its mean radiances do not belong to its pixels</source>
