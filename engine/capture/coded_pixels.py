@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.code_counts import CodeCounts
 from engine.capture.photograph.bayer import MARGIN, Sensor, find_span
 from engine.capture.photograph.calibrate import lamp_distances
 from engine.capture.report import BLACK
@@ -180,6 +181,14 @@ def count_rows(
     _count_plain(_plain(codes), tables, decoding.curve.white, LUMINANCE32, np.float32(BLACK), sums, counts)
     some = codes[-first % step :: step, ::step]
     return sums, counts, np.stack([tables[each, some[..., min(each, some.shape[2] - 1)]] for each in range(3)], axis=-1)
+
+
+def count_by_codes(counts: CodeCounts, decoding: Decoding) -> Tally | None:
+    """The tally of a photograph by `counts` of its codes; None where these do not tell it."""
+    tables = _tabulate(decoding)
+    if tables is None or not isinstance(decoding.curve, Curve) or decoding.curve.white != counts.white:
+        return None
+    return counts.tally(tables)
 
 
 def _tabulate(decoding: Decoding) -> NDArray[np.float32] | None:

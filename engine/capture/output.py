@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
@@ -22,7 +22,8 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from engine.capture.calibration.separation import Separation
-from engine.capture.coded_pixels import Counted, Decoding, Window, count_rows, radiance_of
+from engine.capture.code_counts import CodeCounts
+from engine.capture.coded_pixels import Counted, Decoding, Window, count_by_codes, count_rows, radiance_of
 from engine.capture.output_region import View
 from engine.capture.photograph.bayer import MARGIN, Mosaic
 from engine.capture.registration.warp import find_needed_rows, warp
@@ -55,10 +56,12 @@ TakeRows = Callable[[int, int], tuple[NDArray[np.float32], NDArray[np.bool_]]]
 
 @dataclass(frozen=True, eq=False)
 class Written:
-    """A light in the files of a stack: its `tally`, and the CRC-32 of its bytes in each file by name."""
+    """A light in the files of a stack: its `tally`, the CRC-32 of its bytes in each file by name, and the `counts` of
+    codes of 8 bits."""
 
     tally: Tally
     crc32: dict[str, int]
+    counts: CodeCounts | None = None
 
 
 class CodeForm(NamedTuple):
@@ -196,7 +199,10 @@ class Output:
     def write_codes(self, index: int, coded: Coded | Mosaic, take: TakeRows | None = None) -> Steps[Written]:
         """Write the codes of one light that the region of the view shows, and note the radiance that one can `take`."""
         region, window, margin = self.view.region, self.window, find_form(coded).margin
-        written = Written(Tally(grid_step(region.height, region.width)), {CODES: 0})
+        step, counts = grid_step(region.height, region.width), None
+        if isinstance(coded, Coded) and coded.codes.dtype == np.uint8:
+            counts = CodeCounts(coded.white, step, region.width)
+        written = Written(Tally(step), {CODES: 0}, counts)
         self._finish_writing()
         self._files[CODES].seek(len(self._headers[CODES]) + index * self._light_bytes[CODES])
         left, right = window.find_columns(region.width, margin)
@@ -210,6 +216,8 @@ class Output:
             begin = end
             self._finish_writing()
             self._writing = self._writer.submit(self._write, {CODES: codes}, written.crc32)
+            if counts is not None:
+                counts.add(codes, first)
             if take is not None:
                 written.tally.add(*take(first, last), first)
             release(coded.codes)
@@ -238,8 +246,11 @@ class Output:
     def note_codes(self, index: int, written: Written, decoding: Decoding) -> Steps[Written]:
         """Give what was `written` of the codes of a light a tally of the radiance that `decoding` makes of them.
 
-        Bands are read and counted on all cores, and added in their order.
+        Where counts do not tell it, bands are read and counted on all cores, and added in their order.
         """
+        known = None if written.counts is None else count_by_codes(written.counts, decoding)
+        if known is not None:
+            return replace(written, tally=known)
         region, codes, window, margin = self.view.region, self.read_codes(index), self.window, decoding.margin
         top, _ = window.find_rows(0, region.height, margin)
         tally = Tally(grid_step(region.height, region.width))
@@ -258,7 +269,7 @@ class Output:
                     tally.join(*making.popleft().result())
             for counted in making:
                 tally.join(*counted.result())
-        return Written(tally, written.crc32)
+        return replace(written, tally=tally)
 
     def decode(self, coded: Coded | Mosaic, decoding: Decoding) -> TakeRows:
         """Function from rows of the region to the radiance that `decoding` makes of `coded`, a whole photograph."""
