@@ -19,7 +19,7 @@ import numpy as np
 
 from engine.capture.arriving import Capture
 from engine.capture.calibration.rig import TERMS, Kind, Rig, Sample, fit, measure_held_out
-from engine.capture.coded_pixels import Curve, Decoding, FallOff, Window, count_rows, decode_rows
+from engine.capture.coded_pixels import Curve, Decoding, FallOff, Window, decode_rows
 from engine.capture.import_plan import ImportSettings
 from engine.core.budget import has_memory_limit
 from engine.core.directions import surface_direction
@@ -27,7 +27,7 @@ from engine.core.kernels import serial_kernels, threads_are_shared
 from engine.core.one_thread import one_thread
 from engine.core.steps import Step, Steps, relay
 from engine.shading.directional.codes_kernel import look_up_codes, write_codes
-from engine.shading.directional.planes_kernel import round_values
+from engine.shading.directional.planes_kernel import round_values, shorten_values
 from engine.shading.shading_map import sample_slices
 
 #: Photographs that have been judged when kernels are made ready, and lamps and texels of the noise.
@@ -55,7 +55,7 @@ def load_kernels(settings: ImportSettings, is_ended: Callable[[], bool] = lambda
     """Load or compile the kernels of an import by `settings` and of a material, until it `is_ended`."""
     if has_memory_limit() or not threads_are_shared():
         return
-    pieces: list[Callable[[], object]] = [_count_codes, _make_maps]
+    pieces: list[Callable[[], object]] = [_decode_codes, _make_maps]
     if settings.calibrate != "none":
         pieces = [lambda: _fit_rig("matte"), *pieces, lambda: _fit_rig("glossy")]
     for piece in pieces:
@@ -78,12 +78,10 @@ def _fit_rig(kind: Kind) -> None:
             fit(each, towards, (), rig, kind)
 
 
-def _count_codes() -> None:
-    codes, window = np.zeros((2, TEXELS, 3), np.uint8), Window(2, TEXELS)
-    curve = Curve(np.zeros((1, 256), np.float32), 255)
-    count_rows(codes, 0, (2, TEXELS), Decoding(curve), window, 1)
-    near = Decoding(curve, found=FallOff(4.0, 0.6, 0.7))
-    decode_rows(codes, 0, near, window, np.empty((2, TEXELS, 3), np.float32))
+def _decode_codes() -> None:
+    codes = np.zeros((2, TEXELS, 3), np.uint8)
+    near = Decoding(Curve(np.zeros((1, 256), np.float32), 255), found=FallOff(4.0, 0.6, 0.7))
+    decode_rows(codes, 0, near, Window(2, TEXELS), np.empty((2, TEXELS, 3), np.float32))
 
 
 def _make_maps() -> None:
@@ -94,4 +92,6 @@ def _make_maps() -> None:
     write_codes(radiance[0, :1], 0, np.zeros(TEXELS, np.float32), np.float32(1.0), pivot, codes)
     look_up_codes(np.zeros((1, 1, TEXELS, 3), np.uint8), 0, 1, np.zeros((3, 256), np.float32), codes)
     planes, inside = np.empty((3, 1, TEXELS), np.uint8), np.ones((1, TEXELS), np.bool_)
-    round_values(codes, 0, pivot, pivot + np.float32(1.0), inside, planes, np.empty(3))
+    of_rows, kept = (pivot[:, None], pivot[:, None] + np.float32(1.0)), np.empty(planes.shape, np.uint16)
+    shorten_values(codes[:, None], *of_rows, kept)
+    round_values(kept, *of_rows, 0, pivot, pivot + np.float32(1.0), inside, planes, np.empty(3))

@@ -30,7 +30,7 @@ from engine.shading.directional.effective_light import TILTS, TURNS, table_direc
 from engine.shading.directional.interpolation import STATED, Kernel, best_kernel, weights
 from engine.shading.directional.minified import minify
 from engine.shading.directional.moments import Moments, make_reader, moments
-from engine.shading.directional.planes_kernel import round_values
+from engine.shading.directional.planes_kernel import round_values, shorten_values
 from engine.storage.scratch import open_unnamed, scratch_place
 
 Array = NDArray[np.float64]
@@ -51,7 +51,7 @@ FOLDS = 64
 #: Codes of a plane.
 STEPS = 255
 
-#: Bytes of planes in single precision that are kept, in memory or in a scratch file, until their ranges are known.
+#: Bytes of planes in sixteen bits that are kept, in memory or in a scratch file, until their ranges are known.
 KEPT_BYTES = 8 << 30
 
 #: The least sine of elevation at which light still shines: what is lower is dimmed as its cosine.
@@ -296,7 +296,7 @@ def _project(
         share = 0.5 if kept is None else 0.8
         with closing(_project_pieces(stack, used, mean, vectors, mask)) as pieces:
             for piece in pieces:
-                low, high = np.minimum(low, piece.low), np.maximum(high, piece.high)
+                low, high = np.minimum(low, piece.least), np.maximum(high, piece.largest)
                 if kept is not None:
                     kept.add(piece)
                 yield Step(share * piece.last / height, "writing planes")
@@ -306,7 +306,8 @@ def _project(
 
         def round_piece(piece: _Piece) -> tuple[int, Array]:
             squares = np.empty(count)
-            round_values(piece.values, piece.first, narrow_low, narrow_step, inside, planes, squares)
+            of_piece = piece.codes, piece.low, piece.step, piece.first
+            round_values(*of_piece, narrow_low, narrow_step, inside, planes, squares)
             return piece.last, squares
 
         again = _project_pieces(stack, used, mean, vectors, mask) if kept is None else kept.read()
@@ -319,27 +320,37 @@ def _project(
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
-    """Values (K, texels) of the planes in the rows from `first` to before `last`, and their range (K,)."""
+    """Planes in the rows from `first` to before `last`.
+
+    Attributes
+    ----------
+    codes : (K, rows, W) uint16, values of planes as `low` + `step` · code of each row, whose range they have; what that
+        changes is less than a 500th of a step of a plane.
+    low, step : (K, rows).
+    least, largest : (K,) of the values that count.
+    """
 
     first: int
     last: int
-    values: NDArray[np.float32]
+    codes: NDArray[np.uint16]
     low: NDArray[np.float32]
-    high: NDArray[np.float32]
+    step: NDArray[np.float32]
+    least: NDArray[np.float32]
+    largest: NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
 class _KeptValues:
-    """Pieces of values: their arrays, or where these lie one after the other in a `file` without a name."""
+    """Pieces of planes: their arrays, or where these lie one after the other in a `file` without a name."""
 
     file: IO[bytes] | None
     pieces: list[_Piece] = field(default_factory=list)
 
     def add(self, piece: _Piece) -> None:
-        """Add the values of rows that follow those before them."""
+        """Add the rows that follow those before them."""
         if self.file is not None:
-            self.file.write(piece.values.data)
-            piece = replace(piece, values=np.broadcast_to(np.float32(0.0), piece.values.shape))
+            self.file.write(piece.codes.data)
+            piece = replace(piece, codes=np.broadcast_to(np.uint16(0), piece.codes.shape))
         self.pieces.append(piece)
 
     def read(self) -> Generator[_Piece]:
@@ -350,14 +361,14 @@ class _KeptValues:
             if self.file is None:
                 yield piece
                 continue
-            values = np.empty(piece.values.shape, np.float32)
-            self.file.readinto(values.data.cast("B"))  # type: ignore[attr-defined]
-            yield replace(piece, values=values)
+            codes = np.empty(piece.codes.shape, np.uint16)
+            self.file.readinto(codes.data.cast("B"))  # type: ignore[attr-defined]
+            yield replace(piece, codes=codes)
 
 
 def _keep_values(stack: ImageStack, count: int, held: ExitStack) -> _KeptValues | None:
     """Room for the values of `count` planes, a file as long as it is `held`; None where they are too many."""
-    size_bytes = 4 * count * math.prod(stack.radiance.shape[1:3])
+    size_bytes = 2 * count * math.prod(stack.radiance.shape[1:3])
     if size_bytes > KEPT_BYTES:
         return None
     try:
@@ -379,7 +390,14 @@ def _project_pieces(
         values = np.empty((len(turned), (last - first) * width), np.float32)
         for start, stop, block in reader.read_blocks(first, last):
             values[:, (start - first) * width : (stop - first) * width] = turned @ block
-        own = values if mask is None else values[:, mask[first:last].ravel()]
-        return _Piece(first, last, values, own.min(axis=1, initial=np.inf), own.max(axis=1, initial=-np.inf))
+        rows_of = values.reshape(len(turned), last - first, width)
+        low, high = rows_of.min(axis=2), rows_of.max(axis=2)
+        step = np.maximum((high - low) / np.float32(np.iinfo(np.uint16).max), np.finfo(np.float32).tiny)
+        codes = np.empty(rows_of.shape, np.uint16)
+        shorten_values(rows_of, low, step, codes)
+        if mask is None:
+            return _Piece(first, last, codes, low, step, low.min(axis=1), high.max(axis=1))
+        own = values[:, mask[first:last].ravel()]
+        return _Piece(first, last, codes, low, step, own.min(axis=1, initial=np.inf), own.max(axis=1, initial=-np.inf))
 
     return side_by_side(project, reader.list_pieces())

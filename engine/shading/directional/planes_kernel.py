@@ -1,4 +1,4 @@
-"""Kernel that rounds the values of planes to eight bits.
+"""Kernels that round the values of planes, to sixteen bits until their ranges are known and then to eight.
 
 Bound by memory: 1 ns for each value on one core. Pieces are rounded on several threads side by side.
 """
@@ -14,8 +14,23 @@ _LANES = 8
 
 
 @scalar
+def shorten_values(values: np.ndarray, low: np.ndarray, step: np.ndarray, codes: np.ndarray) -> None:
+    """Write `values` (K, rows, W) float32 into `codes` (K, rows, W) uint16, as the nearest code of low + step · code,
+    of which `low` and `step` (K, rows) float32 are those of each row; all values lie within the codes.
+    """
+    bright = np.float32(65535.0)
+    for plane in range(values.shape[0]):
+        for row in range(values.shape[1]):
+            line, into, least, by = values[plane, row], codes[plane, row], low[plane, row], step[plane, row]
+            for at in range(values.shape[2]):
+                into[at] = np.uint16(min(np.rint((line[at] - least) / by), bright))
+
+
+@scalar
 def round_values(
-    values: np.ndarray,
+    codes: np.ndarray,
+    low_of_row: np.ndarray,
+    step_of_row: np.ndarray,
     first: int,
     low: np.ndarray,
     step: np.ndarray,
@@ -23,22 +38,22 @@ def round_values(
     planes: np.ndarray,
     squares: np.ndarray,
 ) -> None:
-    """Write `values` (K, texels) float32 into the rows from `first` on of `planes` (K, H, W) uint8, as the nearest code
-    of low + step · code, from 0 to 255; `low` and `step` (K,) are float32.
+    """Write values, which `shorten_values` has made `codes` (K, rows, W), into the rows from `first` on of `planes`
+    (K, H, W) uint8, as the nearest code of low + step · code, from 0 to 255; `low` and `step` (K,) are float32.
 
     `squares` (K,) float64 is filled with the sums over texels `inside` (H, W) of the squares of what that changes, in
     steps.
     """
-    count, width = values.shape[0], planes.shape[2]
+    count, rows, width = codes.shape
     dark, bright, lanes = np.float32(0.0), np.float32(255.0), np.empty(_LANES)
     apart = np.empty(width, np.float32)
     for plane in range(count):
         lanes[:] = 0.0
-        for row in range(values.shape[1] // width):
-            line, into = values[plane, row * width : (row + 1) * width], planes[plane, first + row]
-            counts = inside[first + row]
+        for row in range(rows):
+            line, into, counts = codes[plane, row], planes[plane, first + row], inside[first + row]
+            least, by = low_of_row[plane, row], step_of_row[plane, row]
             for at in range(width):
-                value = (line[at] - low[plane]) / step[plane]
+                value = (least + by * np.float32(line[at]) - low[plane]) / step[plane]
                 code = min(max(np.rint(value), dark), bright)
                 into[at] = np.uint8(code)
                 apart[at] = code - value if counts[at] else dark

@@ -58,7 +58,7 @@ def test_an_import_and_a_material_call_no_kernel_that_is_not_ready(tmp_path: Pat
     command = [sys.executable, "-c", PROGRAM, str(folder), str(tmp_path / "stack")]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False, cwd=ROOT)
     assert done.returncode == 0, done.stderr
-    assert set(done.stdout.split()) <= {"decode_codes", "_sum"}, "what photographs need as they come"
+    assert set(done.stdout.split()) <= {"decode_codes", "_sum", "_count"}, "what photographs need as they come"
 
 
 def _arrive(*counts: int) -> Steps[Capture]:
@@ -76,7 +76,7 @@ def loaded(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     """Names of the threads on which kernels were made ready, by captures in which each photograph counts."""
     found: list[str] = []
     monkeypatch.setattr(Capture, "count", property(lambda capture: len(capture.photographs)))
-    for name in ("_count_codes", "_make_maps"):
+    for name in ("_decode_codes", "_make_maps"):
         monkeypatch.setattr(module, name, lambda: found.append(threading.current_thread().name))
     yield found
     assert not [each for each in threading.enumerate() if each.name == "kernels"]
@@ -109,7 +109,7 @@ def test_nothing_more_is_begun_when_the_photographs_have_ended(
         begun.set()
         ended.wait(60.0)
 
-    monkeypatch.setattr(module, "_count_codes", last)
+    monkeypatch.setattr(module, "_decode_codes", last)
 
     def arrive() -> Steps[Capture]:
         yield from _arrive(2)

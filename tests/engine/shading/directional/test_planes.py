@@ -27,7 +27,7 @@ from engine.shading.directional.interpolation import (
 )
 from engine.shading.directional.moments import Moments, make_reader, moments, row_blocks
 from engine.shading.directional.planes import BUDGET, choose, components, directions, errors_by_planes, fit, sweep
-from engine.shading.directional.planes_kernel import round_values
+from engine.shading.directional.planes_kernel import round_values, shorten_values
 from engine.storage.file_array import FileArray
 from engine.storage.records import MAX_PLANES
 from tests.engine.domes import dome
@@ -259,15 +259,22 @@ def test_a_stack_of_codes_has_the_map_of_its_radiance(
 def test_values_are_rounded_to_the_nearest_code() -> None:
     """And what that changes counts inside the mask alone, where no value lies beyond the range."""
     random = np.random.default_rng(5)
-    values = random.uniform(-5.0, 260.0, (2, 3 * 13)).astype(np.float32)
+    values = random.uniform(-5.0, 260.0, (2, 3, 13)).astype(np.float32)
+    values[1, 2] = 7.0
+    of_rows = values.min(axis=2), np.maximum(np.ptp(values, axis=2) / np.float32(65535.0), np.float32(1e-30))
+    codes = np.empty(values.shape, np.uint16)
+    shorten_values(values, *of_rows, codes)
+    kept = of_rows[0][..., None] + of_rows[1][..., None] * codes.astype(np.float32)
+    assert np.abs(kept - values).max() < 0.51 * np.ptp(values, axis=2).max() / 65535.0 + 2e-5
+    assert {0, 65535} <= set(codes[:, 0].ravel().tolist())
     low, step = np.array([-1.0, 0.0], np.float32), np.array([0.5, 1.0], np.float32)
     inside, planes, squares = random.random((5, 13)) < 0.6, np.full((2, 5, 13), 7, np.uint8), np.empty(2)
-    round_values(values, 1, low, step, inside, planes, squares)
-    scaled = (values - low[:, None]) / step[:, None]
+    round_values(codes, *of_rows, 1, low, step, inside, planes, squares)
+    scaled = (kept - low[:, None, None]) / step[:, None, None]
     expected = np.clip(np.rint(scaled), 0.0, 255.0)
-    np.testing.assert_array_equal(planes[:, 1:4].reshape(2, -1), expected.astype(np.uint8))
+    np.testing.assert_array_equal(planes[:, 1:4], expected.astype(np.uint8))
     assert (planes[:, [0, 4]] == 7).all()
-    apart = (expected.astype(np.float64) - scaled)[:, inside[1:4].ravel()]
+    apart = (expected.astype(np.float64) - scaled)[:, inside[1:4]]
     assert squares == pytest.approx((apart**2).sum(axis=1), rel=1e-6)
 
 
