@@ -64,8 +64,9 @@ START_LIMIT_S = 300.0
 #: Files that may be decoded at once: one for each core, two where there is one core, and no more than eight.
 CHILDREN = min(max(2, os.cpu_count() or 1), 8)
 
-#: Processes that wait for another file, at most.
-IDLE = CHILDREN
+#: Processes that wait for another file, at most: those of photographs, and one of what is written of them, which a
+#: batch of captures needs in turn.
+IDLE = CHILDREN + 1
 
 #: True where a process can hand open files to another.
 HANDS_DESCRIPTORS = hasattr(socket, "send_fds")

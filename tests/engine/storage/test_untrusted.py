@@ -1,6 +1,7 @@
 """Faults 12 and 13 (odd files and names), and decoders that crash, hang, eat memory or talk too much."""
 
 import os
+import runpy
 import socket
 import subprocess
 import sys
@@ -9,6 +10,7 @@ import time
 import unicodedata
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -341,6 +343,18 @@ def test_an_expected_process_serves_the_first_file(file: Path, decoders: str, mo
         untrusted.expect(decoders)
     assert untrusted._idle == []
     assert decode_in_child(f"{decoders}:echo", file)
+
+
+def test_a_decoder_of_another_kind_ends_none_of_photographs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A batch of captures needs both in turn, and each start takes as long as a photograph."""
+    ended, waiting = list[str](), list[Any]()
+    monkeypatch.setattr(untrusted, "_idle", waiting)
+    monkeypatch.setattr(untrusted, "IDLE", runpy.run_path(untrusted.__file__)["IDLE"])  # as it is outside of tests
+    for name in [*["photographs"] * untrusted.CHILDREN, "maps"]:
+        untrusted._keep(SimpleNamespace(kill=lambda name=name: ended.append(name)))  # type: ignore[arg-type]
+    assert ended == []
+    untrusted._keep(SimpleNamespace(kill=lambda: ended.append("others")))  # type: ignore[arg-type]
+    assert ended == ["photographs"]
 
 
 def test_a_killed_idle_child_is_replaced(file: Path, decoders: str) -> None:
