@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -72,10 +71,6 @@ def _fit_rig(kind: Kind) -> None:
     directions = surface_direction(np.full(LAMPS, 0.6), np.arange(LAMPS) * 0.7)
     rig = fit(sample, directions, TERMS, Rig.plain(LAMPS), kind).rig
     measure_held_out(sample, directions, rig, kind)
-    if kind == "matte":  # lamps in another order, or without some: arrays whose numbers lie otherwise
-        apart, turned = np.hstack([directions, directions])[:, :3], replace(sample, values=np.asfortranarray(values))
-        for each, towards in ((sample, apart), (turned, directions), (turned, apart)):
-            fit(each, towards, (), rig, kind)
 
 
 def _decode_codes() -> None:

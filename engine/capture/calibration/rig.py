@@ -71,6 +71,9 @@ UNHEARD, MAX_LOG_GAIN = 0.25, 2.0
 #: least deviations of texels that are alike.
 GLOSSY, MIN_SPREAD = np.array([0.5, 0.25, 0.3, 1.0]), (0.08, 0.5)
 
+#: Texels whose numbers stay in the cache of a core with those of 64 photographs.
+FEW_TEXELS = 32
+
 #: Share of the photographs of a texel, those with the least residuals, that judge a fit.
 JUDGED = 0.7
 
@@ -186,6 +189,9 @@ def fit(sample: Sample, directions: Array, terms: Sequence[str], start: Rig | No
     rig = start or Rig.plain(len(directions))
     weights = _rank(sample)
     free = _free(terms, len(directions))
+    if kind == "matte" and not free.any():
+        model = _matte(sample, directions, rig, weights, ROUNDS[kind])
+        return Fit(rig, model, weights, np.zeros((len(free), len(free))))
     model = _model(sample, directions, rig, weights, kind)
     for _ in range(ROUNDS[kind]):
         heard, before, shown = free.copy(), rig, model.values
@@ -269,14 +275,50 @@ def _model(
     return _matte(sample, directions, rig, weights) if kind == "matte" else _glossy(sample, directions, rig, before)
 
 
-def _matte(sample: Sample, directions: Array, rig: Rig, weights: Array) -> Model:
-    """Weighted least squares for the albedo times normal."""
+def _matte(sample: Sample, directions: Array, rig: Rig, weights: Array, rounds: int = 0) -> Model:
+    """Weighted least squares for the albedo times normal; in each of so many rounds, `weights` become those of what is
+    left, and all is fitted anew."""
     shape = sample.values.shape
     found = Model(np.empty(shape), np.empty((*shape, 3)), np.empty(shape), np.empty(shape), np.empty((shape[0], 3)))
-    lamps = directions, np.exp(rig.log_gains), rig.nearness, rig.ambient
+    values, usable, positions, towards, ambient = (
+        np.ascontiguousarray(each) for each in (sample.values, sample.usable, sample.positions, directions, rig.ambient)
+    )
+    lamps = towards, np.exp(rig.log_gains), rig.nearness, ambient
     made = found.values, found.tangent, found.lit, found.by_nearness, found.albedo_normals
-    _fit_matte(sample.values, weights, sample.positions, *lamps, *made)
+    _settle_matte(values, usable, weights, positions, *lamps, rounds, *made)
     return found
+
+
+@scalar
+def _settle_matte(
+    values: np.ndarray,
+    usable: np.ndarray,
+    weights: np.ndarray,
+    positions: np.ndarray,
+    directions: np.ndarray,
+    gains: np.ndarray,
+    nearness: float,
+    ambient: np.ndarray,
+    rounds: int,
+    shown: np.ndarray,
+    tangent: np.ndarray,
+    lit: np.ndarray,
+    by_nearness: np.ndarray,
+    found: np.ndarray,
+) -> None:
+    """`_fit_matte` and in each round `_weigh` before it, for so few texels at once that they stay in the cache."""
+    left = np.empty((FEW_TEXELS, values.shape[1]))
+    for first in range(0, len(values), FEW_TEXELS):
+        last = min(first + FEW_TEXELS, len(values))
+        for turn in range(rounds + 1):
+            if turn > 0:
+                for t in range(first, last):
+                    for n in range(values.shape[1]):
+                        left[t - first, n] = values[t, n] - shown[t, n]
+                _weigh(left[: last - first], usable[first:last], weights[first:last])
+            lamps = directions, gains, nearness, ambient
+            made = shown[first:last], tangent[first:last], lit[first:last], by_nearness[first:last], found[first:last]
+            _fit_matte(values[first:last], weights[first:last], positions[first:last], *lamps, *made)
 
 
 @scalar
