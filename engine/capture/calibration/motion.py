@@ -46,6 +46,9 @@ MATTE_ENOUGH, CLEARLY_GLOSSY = 0.05, 0.9
 #: texels are less certain: highlights that move with the lamp move alike over the image.
 HIDDEN_PX, GLOSSY_GROWTH = 0.1, 2.2
 
+#: Deviation in pixels of the Gaussian whose mean of what is left is shading, and no shift.
+BROAD_PX = 6.0
+
 #: Rounds of refinement at most, the largest step in pixels, and the one at which they end.
 ROUNDS, LARGEST_STEP, SETTLED_PX = 12, 1.0, 0.01
 
@@ -306,8 +309,8 @@ def _steps_in_window(values: Array, left: Array, size: tuple[int, int], parts: i
     shown, off = ((each.T).reshape(count, *size) for each in (values - left, left))
     limit = 4.0 * 1.4826 * np.median(np.abs(off), axis=(1, 2), keepdims=True) + 1e-9
     weight = (np.abs(off) < limit).astype(np.float64)
-    blur = (0.0, 6.0, 6.0)
-    broad = ndimage.gaussian_filter(off * weight, blur) / (ndimage.gaussian_filter(weight, blur) + 1e-9)
+    rows, columns = (ndimage.gaussian_filter1d(np.eye(side), BROAD_PX, axis=0) for side in size)
+    broad = rows @ (off * weight) @ columns.T / (rows @ weight @ columns.T + 1e-9)
     off = off - broad
     down, right = (np.asarray(np.gradient(shown, axis=axis), np.float64) for axis in (1, 2))
     weight[:, :2], weight[:, -2:], weight[:, :, :2], weight[:, :, -2:] = 0.0, 0.0, 0.0, 0.0
