@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from engine.capture.stack import ImageStack
 from engine.core.figure_text import percent
 from engine.core.health import Finding, Verdict
+from engine.core.side_by_side import list_side_by_side
 from engine.core.steps import Step, Steps
 
 SECTOR = math.radians(45.0)
@@ -30,7 +31,8 @@ LEVELS = 5
 #: Differences up to which the assumptions hold, and above which they are broken.
 HOLDS, BREAKS = 0.05, 0.25
 
-_BLOCK_TEXELS = 1 << 22  # of all photographs together, about 50 MB
+#: Texels of all photographs together that are read at once, about 50 MB, and that stay in the cache of a core.
+_BLOCK_TEXELS, _CACHED_TEXELS = 1 << 22, 1 << 16
 
 
 @dataclass(frozen=True)
@@ -98,8 +100,15 @@ def compare_azimuths(
     if weights is None:
         return None
     sectors, levels, of_photographs = weights
-    clear = np.zeros(samples.shape[:3], np.bool_)
-    return _check(sectors, levels, *_squares(of_photographs, samples, clear))
+    rows = max(1, _CACHED_TEXELS // (len(samples) * samples.shape[2]))
+    clear = np.zeros((len(samples), rows, samples.shape[2]), np.bool_)
+
+    def compare(first: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        band = samples[:, first : first + rows]
+        return _squares(of_photographs, band, clear[:, : band.shape[1]])
+
+    squares, counts = zip(*list_side_by_side(compare, range(0, samples.shape[1], rows)), strict=True)
+    return _check(sectors, levels, np.sum(squares, axis=0), np.sum(counts, axis=0))
 
 
 def _check(
