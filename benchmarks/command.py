@@ -225,7 +225,7 @@ OPTIONS = {
     "batch": ("runs", "seed"),
     "batch-captures": ("runs", "seed", "megapixels"),
     "busy-models": ("runs",),
-    "large-memory": ("megapixels", "photographs", "limit_bytes"),
+    "large-memory": ("megapixels", "photographs", "limit_bytes", "hard_limit"),
     "watch": ("photographs",),
     "cluster-bakes": ("scenes", "seed", "modes"),
     "cluster-memory": ("vertices", "modes"),
@@ -326,6 +326,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=size_bytes,
         metavar="SIZE",
         help="memory that each command of large-memory is told to take at most, as 4GB (no limit)",
+    )
+    parser.add_argument(
+        "--hard-limit",
+        action="store_true",
+        default=None,
+        help="let the system end commands of large-memory that need a tenth more than --limit (Linux, control groups)",
     )
     parser.add_argument(
         "--record",

@@ -26,6 +26,7 @@ import cv2
 import numpy as np
 import psutil
 
+from benchmarks.app.hard_limit import hold_memory
 from benchmarks.app.program import PHOTOGRAPHS, large_photographs
 from benchmarks.measure import Accuracy
 from engine.core.errors import InputError, MissingCapability, UsageError
@@ -60,14 +61,19 @@ def large_memory(
     megapixels: Sequence[float] = MEGAPIXELS,
     photographs: int = PHOTOGRAPHS,
     limit_bytes: int | None = None,
+    hard_limit: bool = False,
 ) -> Steps[list[Accuracy]]:
     """Peaks in GiB at every size and their slope, for each of `_list_verbs`, of so many `photographs`.
 
     `limit_bytes` is the memory that each verb is told to take at most; `peak_of_limit` of the further figures is then
-    the part of it that was taken at the largest size, and `ended` is 1 where the verb did its work at all of them.
+    the part of it that was taken at the largest size, and `ended` is 1 where the verb did its work at all of them. With
+    a `hard_limit` the system lets none take more than `BEYOND` of it (`benchmarks.app.hard_limit`).
     `folder` needs room for some 280 bytes for each pixel of ten photographs, 42 GB for 150 megapixels, and for 20 bytes
-    for each pixel of each photograph of a dome. Raises UsageError for less than `PHOTOGRAPHS`.
+    for each pixel of each photograph of a dome. Raises UsageError for less than `PHOTOGRAPHS`, and
+    for a hard limit without any.
     """
+    if hard_limit and limit_bytes is None:
+        raise UsageError("--hard-limit needs a --limit, of which it is a tenth more")
     if photographs < PHOTOGRAPHS:
         raise UsageError(f"--photographs {photographs}: large-memory takes {PHOTOGRAPHS} or more")
     if not Path("/proc/self/smaps_rollup").exists():
@@ -82,13 +88,14 @@ def large_memory(
         yield from large_photographs(place, *shape) if photographs == PHOTOGRAPHS else _dome(place, *shape, photographs)
         for name, words in verbs.items():
             note = f"{name} of {photographs} × {size:g} megapixels"
-            watched = _watch([*words, *limit], folder, (index + 0.5) / len(sizes), note)
-            peaks[name].append((yield from watched))
+            step = Step((index + 0.5) / len(sizes), note)
+            held_bytes = round(BEYOND * limit_bytes) if hard_limit and limit_bytes is not None else None
+            peaks[name].append((yield from _watch([*words, *limit], folder, step, held_bytes)))
             discard(place)
         for made in folder.iterdir():
             discard(made)
     bound = LIMIT_BYTES if limit_bytes is None else BEYOND * limit_bytes
-    found = [_find(name, photographs, sizes, of_verb, bound, limit_bytes) for name, of_verb in peaks.items()]
+    found = [_find(name, photographs, sizes, each, bound, limit_bytes, hard_limit) for name, each in peaks.items()]
     return [*found, *(_count_failures(name, sizes, of_verb) for name, of_verb in peaks.items())]
 
 
@@ -135,6 +142,7 @@ def _find(
     peaks: Sequence[Peak],
     bound_bytes: float,
     limit_bytes: int | None,
+    hard_limit: bool = False,
 ) -> Accuracy:
     pixels = 1e6 * np.asarray(sizes)
     slopes = [
@@ -147,7 +155,8 @@ def _find(
         for size, peak in zip(sizes, peaks, strict=True)
     )
     slope = f"{slopes[0]:.1f} bytes a pixel ({slopes[1]:.1f} without mapped files); " if len(peaks) > 1 else ""
-    what = f"GiB at {photographs} × {sizes[-1]:g} megapixels; {slope}{table}"
+    held = ", where the system lets it take no more than its bound" if hard_limit else ""
+    what = f"GiB at {photographs} × {sizes[-1]:g} megapixels{held}; {slope}{table}"
     more = {
         "photographs": photographs,
         "megapixels": list(sizes),
@@ -169,8 +178,8 @@ def _count_failures(verb: str, sizes: Sequence[float], peaks: Sequence[Peak]) ->
     return Accuracy(f"{verb}-failures", float(len(failures)), what, 0.0)
 
 
-def _watch(words: Sequence[str], folder: Path, done: float, note: str) -> Steps[Peak]:
-    """Run a verb and look at its memory, and at the disk that it and `folder` take."""
+def _watch(words: Sequence[str], folder: Path, step: Step, held_bytes: int | None) -> Steps[Peak]:
+    """Run a verb, in `held_bytes` of the system, and look at its memory, and at the disk that it and `folder` take."""
     start, most, max_without, max_disk = time.monotonic(), 0, 0, 0
 
     def look(process: int) -> None:
@@ -179,9 +188,15 @@ def _watch(words: Sequence[str], folder: Path, done: float, note: str) -> Steps[
         most, max_without = max(most, everything), max(max_without, everything - files)
         max_disk = max(max_disk, _on_disk(folder) + _nameless(process))
 
-    failure = ""
+    command, failure = [sys.executable, "-m", "app.__main__", *words], ""
     try:
-        yield from run_watched([sys.executable, "-m", "app.__main__", *words], words[1], look, Step(done, note))
+        if held_bytes is None:
+            yield from run_watched(command, words[1], look, step)
+        else:
+            with hold_memory(held_bytes) as (within, count_ended):
+                yield from run_watched([*within, *command], words[1], look, step)
+                if ended := count_ended():
+                    failure = f"the system ended {ended} processes for want of memory"
     except InputError as error:
         failure = error.problem
     return Peak(most, max_without, max_disk, time.monotonic() - start, failure)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from benchmarks.app.hard_limit import hold_memory
 from benchmarks.app.large_memory import Peak, _count_failures, _dome, _find, _nameless, _on_disk, large_memory
 from engine.capture.lights.sources import find
-from engine.core.errors import UsageError
+from engine.core.errors import MissingCapability, UsageError
 from engine.core.steps import drain
 from engine.storage import scratch
 
@@ -51,3 +54,24 @@ def test_a_verb_that_fails_is_told_with_its_message() -> None:
     assert (failures.error, failures.bound) == (1.0, 0.0)
     assert "2 megapixels: could not be measured: no room" in failures.what
     assert _find("shade", 16, [1.0], peaks[:1], 2.0**30, None).more["ended"] == 1
+
+
+def test_the_system_holds_a_limit() -> None:
+    """A process that needs less than the limit ends well, also when it reads more of files; one that needs more is
+    ended, and counted."""
+    program = "import sys; kept = bytearray(int(sys.argv[1])); print(len(kept))"
+    try:
+        with hold_memory(60_000_000) as (within, count_ended):
+            for size, ends in ((10_000_000, True), (200_000_000, False)):
+                done = subprocess.run(
+                    [*within, sys.executable, "-c", program, str(size)], capture_output=True, check=False
+                )
+                assert (done.returncode == 0) == ends
+            assert count_ended() == 1
+    except MissingCapability as error:
+        pytest.skip(str(error))
+
+
+def test_a_hard_limit_needs_a_limit(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="--limit"):
+        drain(large_memory(tmp_path, [1.0], hard_limit=True))
