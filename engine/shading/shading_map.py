@@ -202,12 +202,13 @@ def check_brightest(stack: ImageStack, used: NDArray[np.int64]) -> None:
     """Raise InputError unless the largest mean of the photographs `used` is that of its pixels, which are read."""
     brightest = int(used[np.argmax(stack.mean_radiance[used])])
     _, height, width = stack.radiance.shape[:3]
-    rows, total = max(1, TILE_TEXELS // (4 * width)), 0.0
+    rows, sums = max(1, TILE_TEXELS // (4 * width)), np.zeros(3 * width)
     for start in range(0, height, rows):
         band = np.asarray(stack.radiance[brightest, start : start + rows])
-        total += float(band.reshape(-1, 3).sum(axis=0, dtype=np.float64) @ LUMINANCE)
+        sums += band.reshape(len(band), -1).sum(axis=0, dtype=np.float64)
+    mean = float(sums.reshape(-1, 3).sum(axis=0) @ LUMINANCE) / (height * width)
     r_max = float(stack.mean_radiance[brightest])
-    if not abs(total / (height * width) - r_max) <= MEAN_TOLERANCE * r_max:
+    if not abs(mean - r_max) <= MEAN_TOLERANCE * r_max:
         raise _other_pixels(stack)
 
 

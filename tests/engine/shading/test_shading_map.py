@@ -19,7 +19,7 @@ from engine.core.errors import InputError
 from engine.core.health import Verdict
 from engine.core.steps import drain
 from engine.shading.power_law import SCALES, fit
-from engine.shading.shading_map import ShadingMap, build, interpolation_weights
+from engine.shading.shading_map import ShadingMap, build, check_brightest, interpolation_weights
 from engine.storage import scratch
 
 U32 = 2.0**-24
@@ -249,6 +249,13 @@ def test_negative_noise_around_black_survives() -> None:
     radiance[0, 0, 0] = -0.25
     shading_map = drain(build(stack_of(radiance), 5))
     assert shading_map.slices.min() < 0
+
+
+def test_the_mean_of_many_pixels_is_known_to_be_theirs() -> None:
+    """Sums in single precision would be off by more than is tolerated."""
+    radiance = np.full((2, 1500, 1200, 3), 0.1, np.float32)
+    radiance[1] += np.float32(0.2)
+    check_brightest(stack_of(radiance), np.arange(2))
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
