@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Literal
@@ -26,7 +27,7 @@ from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Steps, part
 from engine.shading.directional.moments import moments
 from engine.shading.directional.outliers import outliers
-from engine.shading.directional.planes import BUDGET, DirectionalMap, fit_planes
+from engine.shading.directional.planes import BUDGET, DirectionalMap, choose_planes, directions, project
 from engine.shading.fidelity import FEWEST, Fidelity, fidelity
 from engine.shading.shading_map import ShadingMap, build, check_brightest, check_light, include
 
@@ -162,11 +163,15 @@ def _check_directions(stack: ImageStack, used: NDArray[np.int64]) -> None:
 def _directional(stack: ImageStack, used: NDArray[np.int64], most: int) -> Steps[Chosen]:
     started = time.perf_counter()
     found = yield from part(moments(stack, used), 0.0, 0.5)
-    planes = yield from part(fit_planes(stack, used, found, most), 0.5, 1.0)
+    choice = yield from part(choose_planes(stack, used, found, most), 0.5, 0.6)
+    with ThreadPoolExecutor(
+        1, thread_name_prefix="outliers"
+    ) as pool:  # which takes one core, and the planes the others
+        judged = pool.submit(outliers, directions(stack, used), found.average_channels(), choice.kernel)
+        planes = yield from part(project(stack, used, found, choice), 0.6, 1.0)
     fit_s = time.perf_counter() - started
     shown = Fidelity(planes.leave_one_out, planes.in_sample, planes.mean_picture, len(used))
-    apart = outliers(planes.lights, found.average_channels(), planes.kernel)
-    about = tuple(_about_outlier(stack.sources[used[place]], ratio) for place, ratio in apart.items())
+    about = tuple(_about_outlier(stack.sources[used[place]], ratio) for place, ratio in judged.result().items())
     return Chosen(planes, shown, {}, fit_s, {"directional": planes.bytes_per_texel}, about)
 
 

@@ -13,7 +13,7 @@ import math
 from collections.abc import Generator, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, field, replace
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -156,24 +156,43 @@ def fit(stack: ImageStack, used: NDArray[np.int64], most: int = BUDGET) -> Steps
     return (yield from part(fit_planes(stack, used, found, most), 0.5, 1.0))
 
 
+class Choice(NamedTuple):
+    """The `kernel` of a map, its `vectors` (3 N, K), and the error of leaving each photograph out."""
+
+    kernel: Kernel
+    vectors: Array
+    leave_one_out: float
+
+
 def fit_planes(stack: ImageStack, used: NDArray[np.int64], found: Moments, most: int = BUDGET) -> Steps[DirectionalMap]:
     """The same where the moments are known."""
+    choice = yield from part(choose_planes(stack, used, found, most), 0.0, 0.3)
+    return (yield from part(project(stack, used, found, choice), 0.3, 1.0))
+
+
+def choose_planes(stack: ImageStack, used: NDArray[np.int64], found: Moments, most: int = BUDGET) -> Steps[Choice]:
+    """The best map of the photographs `used` as their moments tell it; no pixel is read."""
     lights = directions(stack, used)
     best = best_kernel(lights, found.average_channels())
     kernels = [replace(best, noise=share * best.noise) for share in NOISES]
     height, width = stack.radiance.shape[1:3]
     counts = sweep(len(used), min(most, max(FEW, MAP_BYTES // (height * width))))
-    tried = yield from part(errors_by_planes(lights, found, kernels, counts), 0.0, 0.3)
+    tried = yield from errors_by_planes(lights, found, kernels, counts)
     kernel = min(tried, key=lambda each: min(tried[each].values()))
-    errors = tried[kernel]
-    count = choose(errors)
-    vectors = components(found.covariance, count)
-    planes, low, step, noise = yield from part(_project(stack, used, found.mean, vectors), 0.3, 1.0)
+    count = choose(tried[kernel])
+    return Choice(kernel, components(found.covariance, count), tried[kernel][count])
+
+
+def project(stack: ImageStack, used: NDArray[np.int64], found: Moments, choice: Choice) -> Steps[DirectionalMap]:
+    """The map of the photographs `used` that was chosen by their moments."""
+    kernel, vectors, error = choice
+    lights = directions(stack, used)
+    planes, low, step, noise = yield from _project(stack, used, found.mean, vectors)
     own = weights(lights, lights, kernel)
     inside = np.hypot(_error(found, vectors, own), _estimate_noise(vectors, own, noise))
     mean_of_others = (1.0 - np.eye(len(used))) / max(len(used) - 1, 1)
     plain = _rms(found, np.einsum("ij,cd->icjd", mean_of_others - np.eye(len(used)), np.eye(3)))
-    figures = (float(np.hypot(errors[count], _estimate_noise(vectors, own, noise))), float(inside), plain)
+    figures = (float(np.hypot(error, _estimate_noise(vectors, own, noise))), float(inside), plain)
     r_max = float(stack.mean_radiance[used].max())
     return DirectionalMap(planes, low, step, found.mean, vectors, lights, kernel, r_max, *figures)
 
