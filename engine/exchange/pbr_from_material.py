@@ -21,7 +21,9 @@ relief are in the base colour, darker than the surface is.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +32,8 @@ from engine.brdf.models.sampling import sampler_of
 from engine.core.colour import luminance
 from engine.core.directions import normalize
 from engine.core.errors import UsageError
-from engine.core.kernels import parallel, prange
+from engine.core.kernels import scalar
+from engine.core.side_by_side import side_by_side
 from engine.core.steps import Step, Steps
 from engine.exchange.loss import scene_of
 from engine.scene.material import Material
@@ -39,6 +42,9 @@ from engine.surface.metallic_roughness import lobe_and_grazing
 from engine.surface.pbr_maps import DIELECTRIC_F0, ObservedSlopes, PbrMaps
 
 Floats = NDArray[np.float64]
+
+#: Rows and columns of maps.
+Part = tuple[slice, slice]
 
 #: Values that are tried for each texel.
 ROUGHNESSES = tuple(float(value) for value in np.linspace(0.08, 1.0, 24).round(3))
@@ -52,10 +58,7 @@ PAIRS = 1 << 13
 
 #: Slices that stand for a power law, texels that metallic is chosen by, and texels times slices of one step, which stay
 #: in the cache, and in memory where that is limited.
-LAYERS, CHOSEN_BY, TILE = 17, 1 << 13, 1 << 16
-
-#: Texels that one thread looks at together.
-RUN = 256
+LAYERS, CHOSEN_BY, TILE = 17, 1 << 13, 1 << 14
 
 #: Share of texels and channels that a white card is at least as bright as.
 BRIGHT = 0.999
@@ -101,11 +104,14 @@ def nearest_maps(material: Material, white: float | None = None) -> Steps[tuple[
     chosen = min(families, key=lambda family: float(family.fit(few)[2].sum()))
     base = np.empty((*layers.size, 3), np.float32)
     roughness = np.empty(layers.size, np.float32)
-    rows = max(1, TILE // (layers.size[1] * layers.count))
-    for top in range(0, layers.size[0], rows):
-        part = slice(top, min(top + rows, layers.size[0]))
-        base[part], roughness[part], _ = chosen.fit(layers.rows(part) / (np.pi * white))
-        yield Step(0.2 + 0.8 * part.stop / layers.size[0], "finding the nearest maps")
+
+    def fit_tile(part: Part) -> int:
+        base[part], roughness[part], _ = chosen.fit(layers.tile(part) / (np.pi * white))
+        return part[0].stop
+
+    with closing(side_by_side(fit_tile, _tiles(layers.size, max(1, TILE // layers.count)))) as fitted:
+        for last in fitted:
+            yield Step(0.2 + 0.8 * last / layers.size[0], "finding the nearest maps")
     flat = np.zeros((*layers.size, 3), np.float32)
     flat[..., 2] = 1.0
     maps = PbrMaps(
@@ -132,8 +138,17 @@ def cavity(material: Material) -> NDArray[np.float32] | None:
     return share.astype(np.float32)
 
 
+def _tiles(size: tuple[int, int], most: int) -> Iterator[Part]:
+    """Parts of maps of `size` (H, W), whole rows or pieces of one, of `most` texels at most."""
+    height, width = size
+    rows, columns = max(1, most // width), min(most, width)
+    for top in range(0, height, rows):
+        for left in range(0, width, columns):
+            yield slice(top, min(top + rows, height)), slice(left, min(left + columns, width))
+
+
 class _Layers:
-    """The slices of a material by rows, S as a piecewise linear function of r; negative noise counts as 0."""
+    """The slices of a material by tiles, S as a piecewise linear function of r; negative noise counts as 0."""
 
     def __init__(self, material: Material) -> None:
         if material.shading_map is None and material.power_law is None:
@@ -147,16 +162,15 @@ class _Layers:
             self.count, (height, width) = LAYERS, self._law.error_map.shape
         self.size = (height, width)
 
-    def rows(self, part: slice) -> Floats:
-        """(L, rows, W, 3)."""
+    def tile(self, part: Part) -> Floats:
+        """(L, h, w, 3)."""
         if self._map is not None:
-            return np.maximum(self._map.slices[:, part], 0.0).astype(np.float64)
+            return np.maximum(self._map.slices[:, *part], 0.0).astype(np.float64)
         assert self._law is not None
-        law, shares = self._law, np.linspace(0.0, 1.0, self.count)
-        if law.kept is not None:
-            return np.stack([law.slice_image(law.r_max * share)[part] for share in shares]).astype(np.float64)
-        few = replace(law, **{name: getattr(law, name)[part] for name in ("scale", "exponent", "error_map")})
-        return np.stack([few.slice_image(few.r_max * share) for share in shares]).astype(np.float64)
+        images = [
+            self._law.slice_image(self._law.r_max * share, part=part) for share in np.linspace(0.0, 1.0, self.count)
+        ]
+        return np.stack(images).astype(np.float64)
 
     def hats(self, wi: Floats, wo: Floats) -> Floats:
         """(L, M) the share of each slice in S at each pair."""
@@ -181,15 +195,14 @@ class _DirectionalLayers:
         self._material, self._map = material, material.directional
         self.count = TILTS * TURNS
         self.size = (material.directional.planes.shape[1], material.directional.planes.shape[2])
+        self._cosine = np.maximum(np.cos(np.repeat(np.linspace(0.0, 0.5 * np.pi, TILTS), TURNS)), 0.0)
+        self._azimuth = np.tile(np.arange(TURNS) * (2.0 * np.pi / TURNS), TILTS)
 
-    def rows(self, part: slice) -> Floats:
-        """(L, rows, W, 3)."""
-        tilt = np.repeat(np.linspace(0.0, 0.5 * np.pi, TILTS), TURNS)
-        azimuth = np.tile(np.arange(TURNS) * (2.0 * np.pi / TURNS), TILTS)
-        planes = self._map.planes[:, part]
-        texels = np.moveaxis(planes.reshape(len(planes), -1), 0, 1)
-        found = self._map.sample(texels, np.maximum(np.cos(tilt), 0.0), azimuth)
-        return np.moveaxis(found, 1, 0).reshape(self.count, planes.shape[1], planes.shape[2], 3)
+    def tile(self, part: Part) -> Floats:
+        """(L, h, w, 3)."""
+        planes = self._map.planes[:, *part]
+        found = self._map.sample(planes.reshape(len(planes), -1).T, self._cosine, self._azimuth)
+        return found.swapaxes(0, 1).reshape(self.count, *planes.shape[1:], 3)
 
     def hats(self, wi: Floats, wo: Floats) -> Floats:
         """(L, M) the share of each image in S at each pair."""
@@ -211,7 +224,7 @@ def _sample(layers: _Layers | _DirectionalLayers, count: int) -> Floats:
     """(L, rows, W, 3) of evenly spaced rows with about `count` texels."""
     height, width = layers.size
     wanted = np.unique(np.linspace(0, height - 1, min(height, max(1, count // width))).astype(int))
-    return np.concatenate([layers.rows(slice(row, row + 1)) for row in wanted], axis=1)
+    return np.concatenate([layers.tile((slice(row, row + 1), slice(None))) for row in wanted], axis=1)
 
 
 def _directions(material: Material) -> tuple[Floats, Floats, Floats]:
@@ -256,7 +269,7 @@ def _linear_in_base(wi: Floats, wo: Floats, metallic: float, roughness: float) -
     return (1.0 - fresnel) / np.pi, fresnel * lobe
 
 
-@parallel
+@scalar
 def _fit_texels(
     layers: Floats,
     slope: Floats,
@@ -271,28 +284,26 @@ def _fit_texels(
     Bound by arithmetic: 6 L K products a texel, of which four are made at once.
     """
     count, choices = slope.shape
-    texels = len(best)
-    for run in prange((texels + RUN - 1) // RUN):
-        along_a, along_b = np.empty((3, choices)), np.empty((3, choices))
-        for texel in range(RUN * run, min(RUN * (run + 1), texels)):
-            along_a[:], along_b[:] = 0.0, 0.0
-            for layer in range(count):
-                for channel in range(3):
-                    value = layers[layer, texel, channel]
-                    for choice in range(choices):
-                        along_a[channel, choice] += value * slope[layer, choice]
-                        along_b[channel, choice] += value * offset[layer, choice]
-            least, chosen = np.inf, 0
-            for choice in range(choices):
-                aa, ab, bb = products[0, choice], products[1, choice], products[2, choice]
-                total = 0.0
-                for channel in range(3):
-                    a = along_a[channel, choice]
-                    colour = min(max((a - ab) / aa, 0.0), 1.0)
-                    total += colour * (colour * aa - 2.0 * a + 2.0 * ab) - 2.0 * along_b[channel, choice] + bb
-                if total < least:
-                    least, chosen = total, choice
+    along_a, along_b = np.empty((3, choices)), np.empty((3, choices))
+    for texel in range(len(best)):
+        along_a[:], along_b[:] = 0.0, 0.0
+        for layer in range(count):
             for channel in range(3):
-                colour = (along_a[channel, chosen] - products[1, chosen]) / products[0, chosen]
-                base[texel, channel] = min(max(colour, 0.0), 1.0)
-            best[texel], error[texel] = chosen, least
+                value = layers[layer, texel, channel]
+                for choice in range(choices):
+                    along_a[channel, choice] += value * slope[layer, choice]
+                    along_b[channel, choice] += value * offset[layer, choice]
+        least, chosen = np.inf, 0
+        for choice in range(choices):
+            aa, ab, bb = products[0, choice], products[1, choice], products[2, choice]
+            total = 0.0
+            for channel in range(3):
+                a = along_a[channel, choice]
+                colour = min(max((a - ab) / aa, 0.0), 1.0)
+                total += colour * (colour * aa - 2.0 * a + 2.0 * ab) - 2.0 * along_b[channel, choice] + bb
+            if total < least:
+                least, chosen = total, choice
+        for channel in range(3):
+            colour = (along_a[channel, chosen] - products[1, chosen]) / products[0, chosen]
+            base[texel, channel] = min(max(colour, 0.0), 1.0)
+        best[texel], error[texel] = chosen, least

@@ -76,6 +76,18 @@ class KeptTiles:
         tiles = (1.0 - fraction) * self.slices[:, int(lower)] + fraction * self.slices[:, int(lower) + 1]
         return np.ascontiguousarray(self._with(power_law, tiles))
 
+    def part_over(self, power_law: Numbers, part: tuple[slice, slice], share: float) -> Numbers:
+        """The same of a part of the image, its rows and columns; `power_law` (h, w, 3) is of these."""
+        lower, fraction = layer_at(np.float64(share), self.slices.shape[1])
+        row, column = ((at.start or 0) + np.arange(size) for at, size in zip(part, power_law.shape[:2], strict=True))
+        place = self.place[np.ix_(row // self.size, column // self.size)]
+        rows, columns = np.nonzero(place >= 0)
+        tile, at = place[rows, columns], (row[rows] % self.size, column[columns] % self.size)
+        image = power_law.copy()
+        image[rows, columns] = (1.0 - fraction) * self.slices[(tile, int(lower), *at)]
+        image[rows, columns] += fraction * self.slices[(tile, int(lower) + 1, *at)]
+        return image
+
     def slice_images(self, height: int, width: int) -> NDArray[np.float32]:
         """(S, height, width, 3) float32: the slices where tiles are kept, 0 elsewhere."""
         black = np.zeros((height, width, 3), np.float32)

@@ -121,11 +121,18 @@ class PowerLawMap(Summary):
             value = self.kept.over(value, row, column, share, self.error_map.shape)
         return _round(value, gain)
 
-    def slice_image(self, r: float, above: Above = "clamp") -> NDArray[np.float32]:
-        """The whole image f(r), (H, W, 3) float32; equals `lookup` at every texel centre."""
+    def slice_image(
+        self, r: float, above: Above = "clamp", part: tuple[slice, slice] | None = None
+    ) -> NDArray[np.float32]:
+        """The whole image f(r), (H, W, 3) float32, or a `part`, its rows and columns; equals `lookup` at every texel
+        centre."""
         share, gain = share_and_gain(r, self.r_max, above)
-        value = power(self.scale, self.exponent, share)
-        return _round(value if self.kept is None else self.kept.image_over(value, float(share)), gain)
+        at = (slice(None), slice(None)) if part is None else part
+        value = power(self.scale[at], self.exponent[at], share)
+        if self.kept is not None:
+            whole = part is None
+            value = self.kept.image_over(value, float(share)) if whole else self.kept.part_over(value, at, float(share))
+        return _round(value, gain)
 
     def summary(self) -> dict[str, Any]:
         """Return what `repr` says."""

@@ -30,7 +30,7 @@ from engine.shading.directional.effective_light import TILTS, TURNS, table_direc
 from engine.shading.directional.interpolation import STATED, Kernel, best_kernel, weights
 from engine.shading.directional.minified import minify
 from engine.shading.directional.moments import Moments, make_reader, moments
-from engine.shading.directional.planes_kernel import round_values, shorten_values
+from engine.shading.directional.planes_kernel import add_planes, choose_branches, round_values, shorten_values
 from engine.storage.scratch import open_unnamed, scratch_place
 
 Array = NDArray[np.float64]
@@ -132,9 +132,13 @@ class DirectionalMap:
     def sample(self, texels: NDArray[Any], cosine: Array, azimuth: Array) -> Array:
         """(T, M, 3) radiance of `texels` (T, K), codes of planes, under unit light at cosines and azimuths (M,)."""
         functions = weights_at(self.table, cosine, azimuth)
-        codes = functions[..., 0] + np.einsum("mck,tk->tmc", functions[..., 1:], np.asarray(texels, np.float64))
-        dimmed = np.minimum(cosine / self.lowest, 1.0)[:, None]
-        return np.asarray(dimmed * srgb_decode(np.maximum(codes, 0.0) / 255.0))
+        planes = np.ascontiguousarray(texels.T, np.float64)
+        shares = np.empty((len(cosine), len(texels), 3))
+        linear = np.empty_like(shares)
+        add_planes(planes, functions, shares, linear)
+        np.power(linear, 2.4, out=linear)
+        choose_branches(shares, np.minimum(cosine / self.lowest, 1.0), linear)
+        return linear.swapaxes(0, 1)
 
     def image(self, light: Vectors) -> NDArray[np.float32]:
         """(H, W, 3) linear radiance under unit light from one direction (3,); black from below."""

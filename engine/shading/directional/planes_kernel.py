@@ -1,6 +1,7 @@
-"""Kernels that round the values of planes, to sixteen bits until their ranges are known and then to eight.
+"""Kernels that round the values of planes, to sixteen bits until their ranges are known and then to eight, and that
+show planes under lights.
 
-Bound by memory: 1 ns for each value on one core. Pieces are rounded on several threads side by side.
+Pieces are worked through on several threads side by side.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ def round_values(
     (K, H, W) uint8, as the nearest code of low + step · code, from 0 to 255; `low` and `step` (K,) are float32.
 
     `squares` (K,) float64 is filled with the sums over texels `inside` (H, W) of the squares of what that changes, in
-    steps.
+    steps. Bound by memory: 1 ns for each value on one core.
     """
     count, rows, width = codes.shape
     dark, bright, lanes = np.float32(0.0), np.float32(255.0), np.empty(_LANES)
@@ -64,3 +65,41 @@ def round_values(
             for at in range(whole, width):
                 lanes[0] += np.float64(apart[at]) ** 2
         squares[plane] = lanes.sum()
+
+
+@scalar
+def add_planes(planes: np.ndarray, functions: np.ndarray, shares: np.ndarray, values: np.ndarray) -> None:
+    """Write what `planes` (K, T) show under the lights of `functions` (L, 3, 1 + K), coded as sRGB: its `shares`
+    (L, T, 3) of white, and `values`, whose powers of 2.4 are linear where a share is not too dark.
+
+    All are float64. Bound by arithmetic: K products a value.
+    """
+    count, texels = planes.shape
+    codes = np.empty(texels)
+    for light in range(len(functions)):
+        for channel in range(3):
+            weights = functions[light, channel]
+            codes[:] = 0.0
+            for plane in range(count):
+                weight = weights[1 + plane]
+                for texel in range(texels):
+                    codes[texel] += weight * planes[plane, texel]
+            for texel in range(texels):
+                share = max(weights[0] + codes[texel], 0.0) / 255.0
+                shares[light, texel, channel] = share
+                values[light, texel, channel] = (max(share, 0.04045) + 0.055) / 1.055
+
+
+@scalar
+def choose_branches(shares: np.ndarray, strength: np.ndarray, values: np.ndarray) -> None:
+    """Make the powers `values` (L, T, 3) radiance under lights of a `strength` (L,) each: that of dark `shares` is in
+    proportion to them (`engine.core.colour.srgb_decode`).
+
+    Bound by memory.
+    """
+    for light in range(len(values)):
+        for texel in range(values.shape[1]):
+            for channel in range(3):
+                share = shares[light, texel, channel]
+                value = share / 12.92 if share <= 0.04045 else values[light, texel, channel]
+                values[light, texel, channel] = strength[light] * value

@@ -9,10 +9,13 @@ import pytest
 
 from engine.core.errors import UsageError
 from engine.core.steps import drain
-from engine.exchange import loss
+from engine.exchange import loss, pbr_from_material
 from engine.exchange.pbr_from_material import ROUGHEST_METAL, ROUGHNESSES, Family, cavity, nearest_maps
 from engine.scene.material import Material
+from engine.shading.mixed import keep_tiles
+from engine.shading.power_law import fit
 from engine.surface.pbr_maps import PbrMaps
+from tests.engine.shading.test_mixed import make_patched_map
 
 from .materials import R_MAX, dome_material, dome_stack, linear_material, woven_law, woven_material
 
@@ -108,6 +111,25 @@ def test_a_directional_map_has_the_albedo_of_its_photographs() -> None:
     np.testing.assert_allclose(maps.base_colour[:, 3:].mean(axis=(0, 1)), 0.5 * wanted, atol=0.02)
     assert drain(loss.photograph_error(loss.material_shown(material), dome_stack())) < 0.03
     assert drain(loss.photograph_error(loss.maps_shown(maps, np.pi), dome_stack())) < 0.15
+
+
+@pytest.mark.parametrize("kind", ["slices", "power law", "kept tiles", "planes"])
+def test_maps_are_the_same_in_tiles_of_any_size(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    if kind == "planes":
+        material = dome_material(37, 45)
+    else:
+        slices = make_patched_map()
+        law = drain(fit(slices))
+        form = drain(keep_tiles(law, slices, 0.02, 16)) if kind == "kept tiles" else law
+        assert (form.kept is not None) == (kind == "kept tiles")
+        plain = dataclasses.replace(woven_material(37, 45), shading_map=None, power_law=form)
+        material = dataclasses.replace(plain, shading_map=slices, power_law=None) if kind == "slices" else plain
+    whole, _ = drain(nearest_maps(material))
+    for tile in (1, 17 * 7, 17 * 100):
+        monkeypatch.setattr(pbr_from_material, "TILE", tile)
+        in_tiles, _ = drain(nearest_maps(material))
+        np.testing.assert_array_equal(in_tiles.base_colour, whole.base_colour)
+        np.testing.assert_array_equal(in_tiles.roughness, whole.roughness)
 
 
 def test_cavity_is_the_integral_that_it_stands_for() -> None:

@@ -71,6 +71,18 @@ def test_a_bound_of_0_keeps_the_slices_bit_for_bit(power_law: PowerLawMap, shadi
 
 
 @pytest.mark.parametrize("above", ["clamp", "scale"])
+@pytest.mark.parametrize("part", [np.s_[:, :], np.s_[20:21, 3:40], np.s_[15:37, 30:45], np.s_[0:3, 0:2]])
+def test_a_part_of_an_image_is_that_of_the_whole(
+    power_law: PowerLawMap, shading_map: Any, part: Any, above: Any
+) -> None:
+    form = mix(power_law, shading_map, 0.02)
+    assert 0 < len(form.kept.slices) < form.kept.place.size
+    for r in (0.0, 0.2, 0.5, 0.8):
+        assert np.array_equal(form.slice_image(r, above, part), form.slice_image(r, above)[part])
+        assert np.array_equal(power_law.slice_image(r, above, part), power_law.slice_image(r, above)[part])
+
+
+@pytest.mark.parametrize("above", ["clamp", "scale"])
 def test_an_infinite_bound_is_the_power_law_bit_for_bit(power_law: PowerLawMap, shading_map: Any, above: Any) -> None:
     form = mix(power_law, shading_map, np.inf)
     assert form.kept is None

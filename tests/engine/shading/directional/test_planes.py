@@ -15,6 +15,7 @@ from engine.capture.coded_pixels import Curve, Decoding, FallOff, Window, arrays
 from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_decode, srgb_encode
 from engine.core.steps import drain
+from engine.shading.directional.effective_light import weights_at
 from engine.shading.directional.functions import hemispherical, hsh, polynomial
 from engine.shading.directional.interpolation import (
     Kernel,
@@ -299,3 +300,16 @@ def test_components_do_not_depend_on_the_sign_that_a_library_gives() -> None:
     square = rng.normal(size=(6, 6))
     found = components(square @ square.T, 3)
     assert found[np.abs(found).argmax(axis=0), np.arange(3)] == pytest.approx(np.abs(found).max(axis=0))
+
+
+def test_texels_show_the_sums_of_their_planes(stack: ImageStack) -> None:
+    """The kernels give the same bits as expressions of arrays do, dark texels and grazing light included."""
+    found = drain(fit(stack, np.arange(len(stack.sources))))
+    cosine, azimuth = np.array([0.0, 0.01, 0.3, 0.9, 1.0]), np.array([0.0, 2.0, -1.0, 4.0, 0.5])
+    texels = np.random.default_rng(2).integers(0, 256, (1000, len(found.planes)), np.uint8)
+    table = weights_at(found.table, cosine, azimuth)
+    codes = table[..., 0] + np.einsum("mck,tk->tmc", table[..., 1:], np.moveaxis(texels.astype(np.float64).T, 0, 1))
+    wanted = np.minimum(cosine / found.lowest, 1.0)[:, None] * srgb_decode(np.maximum(codes, 0.0) / 255.0)
+    assert (codes < 0.0).any()
+    assert (codes[codes > 0.0] < 10.0).any()
+    np.testing.assert_array_equal(found.sample(texels, cosine, azimuth), wanted)
