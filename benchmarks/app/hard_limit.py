@@ -8,14 +8,19 @@ command that ends well has therefore needed no more at any moment, whatever its 
 from __future__ import annotations
 
 import os
+import signal
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from engine.core.errors import MissingCapability
 
 #: Where control groups lie: of version 1 those of memory, of version 2 all.
 _FIRST, _SECOND = Path("/sys/fs/cgroup/memory"), Path("/sys/fs/cgroup")
+
+#: Seconds in which the processes of a group that are killed have to end.
+ENDING_S = 10.0
 
 
 @contextmanager
@@ -45,7 +50,21 @@ def hold_memory(limit_bytes: int) -> Iterator[tuple[list[str], Callable[[], int]
     try:
         yield ["sh", "-c", 'echo $$ > "$0" && exec "$@"', str(group / "cgroup.procs")], count_ended
     finally:
-        group.rmdir()
+        _end(group)
+
+
+def _end(group: Path) -> None:
+    """Remove a group, and end what is still in it: decoders outlive a command that was ended by a moment."""
+    until_s = time.monotonic() + ENDING_S
+    while time.monotonic() < until_s:
+        for process in (group / "cgroup.procs").read_text().split():
+            with suppress(ProcessLookupError):
+                os.kill(int(process), signal.SIGKILL)
+        with suppress(OSError):  # processes that are ending count until they have
+            group.rmdir()
+            return
+        time.sleep(0.05)
+    group.rmdir()
 
 
 def _explain(error: OSError) -> MissingCapability:

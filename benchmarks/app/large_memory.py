@@ -19,6 +19,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -69,8 +70,8 @@ def large_memory(
     the part of it that was taken at the largest size, and `ended` is 1 where the verb did its work at all of them. With
     a `hard_limit` the system lets none take more than `BEYOND` of it (`benchmarks.app.hard_limit`).
     `folder` needs room for some 280 bytes for each pixel of ten photographs, 42 GB for 150 megapixels, and for 20 bytes
-    for each pixel of each photograph of a dome. Raises UsageError for less than `PHOTOGRAPHS`, and
-    for a hard limit without any.
+    for each pixel of each photograph of a dome. Raises UsageError for less than `PHOTOGRAPHS`, and for a hard limit
+    without a limit.
     """
     if hard_limit and limit_bytes is None:
         raise UsageError("--hard-limit needs a --limit, of which it is a tenth more")
@@ -189,16 +190,14 @@ def _watch(words: Sequence[str], folder: Path, step: Step, held_bytes: int | Non
         max_disk = max(max_disk, _on_disk(folder) + _nameless(process))
 
     command, failure = [sys.executable, "-m", "app.__main__", *words], ""
-    try:
-        if held_bytes is None:
-            yield from run_watched(command, words[1], look, step)
-        else:
-            with hold_memory(held_bytes) as (within, count_ended):
-                yield from run_watched([*within, *command], words[1], look, step)
-                if ended := count_ended():
-                    failure = f"the system ended {ended} processes for want of memory"
-    except InputError as error:
-        failure = error.problem
+    with ExitStack() as held:
+        within, count_ended = ([], int) if held_bytes is None else held.enter_context(hold_memory(held_bytes))
+        try:
+            yield from run_watched([*within, *command], words[1], look, step)
+        except InputError as error:
+            failure = error.problem
+        if ended := count_ended():
+            failure = f"the system ended {ended} of its processes for want of memory"
     return Peak(most, max_without, max_disk, time.monotonic() - start, failure)
 
 
