@@ -164,9 +164,8 @@ def _directional(stack: ImageStack, used: NDArray[np.int64], most: int) -> Steps
     started = time.perf_counter()
     found = yield from part(moments(stack, used), 0.0, 0.5)
     choice = yield from part(choose_planes(stack, used, found, most), 0.5, 0.6)
-    with ThreadPoolExecutor(
-        1, thread_name_prefix="outliers"
-    ) as pool:  # which takes one core, and the planes the others
+    # the search for outliers takes one core, and the planes take the others
+    with ThreadPoolExecutor(1, thread_name_prefix="outliers") as pool:
         judged = pool.submit(outliers, directions(stack, used), found.average_channels(), choice.kernel)
         planes = yield from part(project(stack, used, found, choice), 0.6, 1.0)
     fit_s = time.perf_counter() - started

@@ -317,7 +317,7 @@ def _project(
     with ExitStack() as held:
         kept = _keep_values(stack, count, held)
         share = 0.5 if kept is None else 0.8
-        with closing(_project_pieces(stack, used, mean, vectors, mask)) as pieces:
+        with closing(_project_pieces(stack, used, mean, vectors, inside)) as pieces:
             for piece in pieces:
                 low, high = np.minimum(low, piece.least), np.maximum(high, piece.largest)
                 if kept is not None:
@@ -333,7 +333,7 @@ def _project(
             round_values(*of_piece, narrow_low, narrow_step, inside, planes, squares)
             return piece.last, squares
 
-        again = _project_pieces(stack, used, mean, vectors, mask) if kept is None else kept.read()
+        again = _project_pieces(stack, used, mean, vectors, inside) if kept is None else kept.read()
         with closing(again), closing(side_by_side(round_piece, again)) as rounded:
             for last, squares in rounded:
                 noise += squares
@@ -347,9 +347,9 @@ class _Piece:
 
     Attributes
     ----------
-    codes : (K, rows, W) uint16, values of planes as `low` + `step` · code of each row, whose range they have; what that
-        changes is less than a 500th of a step of a plane.
-    low, step : (K, rows).
+    codes : (K, rows, W) uint16, values of planes as `low` + `step` · code of each row, whose range they have.
+    low, step : (K, rows, 2) of the texels that count, and of those around an object, whose values may lie far from
+        theirs.
     least, largest : (K,) of the values that count.
     """
 
@@ -402,9 +402,9 @@ def _keep_values(stack: ImageStack, count: int, held: ExitStack) -> _KeptValues 
 
 
 def _project_pieces(
-    stack: ImageStack, used: NDArray[np.int64], mean: Array, vectors: Array, mask: NDArray[np.bool_] | None
+    stack: ImageStack, used: NDArray[np.int64], mean: Array, vectors: Array, inside: NDArray[np.bool_]
 ) -> Generator[_Piece]:
-    """The values of planes piece by piece; ranges are those of texels in the `mask` (H, W)."""
+    """The values of planes piece by piece; texels `inside` (H, W) count."""
     width, turned = stack.radiance.shape[2], vectors.T.astype(np.float32)
     reader = make_reader(stack, used, mean.astype(np.float32))
 
@@ -413,14 +413,19 @@ def _project_pieces(
         values = np.empty((len(turned), (last - first) * width), np.float32)
         for start, stop, block in reader.read_blocks(first, last):
             values[:, (start - first) * width : (stop - first) * width] = turned @ block
-        rows_of = values.reshape(len(turned), last - first, width)
-        low, high = rows_of.min(axis=2), rows_of.max(axis=2)
+        of_rows, counts = values.reshape(len(turned), last - first, width), inside[first:last]
+        low, high = np.zeros((*of_rows.shape[:2], 2), np.float32), np.zeros((*of_rows.shape[:2], 2), np.float32)
+        least, largest = np.full(len(turned), np.inf, np.float32), np.full(len(turned), -np.inf, np.float32)
+        for row, shown in enumerate(counts):
+            for kind, texels in enumerate((shown, ~shown)):
+                if texels.any():
+                    own = of_rows[:, row] if texels.all() else of_rows[:, row, texels]
+                    low[:, row, kind], high[:, row, kind] = own.min(axis=1), own.max(axis=1)
+            if shown.any():
+                least, largest = np.minimum(least, low[:, row, 0]), np.maximum(largest, high[:, row, 0])
         step = np.maximum((high - low) / np.float32(np.iinfo(np.uint16).max), np.finfo(np.float32).tiny)
-        codes = np.empty(rows_of.shape, np.uint16)
-        shorten_values(rows_of, low, step, codes)
-        if mask is None:
-            return _Piece(first, last, codes, low, step, low.min(axis=1), high.max(axis=1))
-        own = values[:, mask[first:last].ravel()]
-        return _Piece(first, last, codes, low, step, own.min(axis=1, initial=np.inf), own.max(axis=1, initial=-np.inf))
+        codes = np.empty(of_rows.shape, np.uint16)
+        shorten_values(of_rows, counts, low, step, codes)
+        return _Piece(first, last, codes, low, step, least, largest)
 
     return side_by_side(project, reader.list_pieces())

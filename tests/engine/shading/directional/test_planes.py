@@ -12,6 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 from engine.capture.coded_pixels import Curve, Decoding, FallOff, Window, arrays_of
+from engine.capture.mask import pack
+from engine.capture.object_part import take_object
 from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_decode, srgb_encode
 from engine.core.steps import drain
@@ -257,26 +259,56 @@ def test_a_stack_of_codes_has_the_map_of_its_radiance(
     assert found.leave_one_out == pytest.approx(expected.leave_one_out, rel=1e-12)
 
 
-def test_values_are_rounded_to_the_nearest_code() -> None:
-    """And what that changes counts inside the mask alone, where no value lies beyond the range."""
+def find_ranges(values: Array, inside: Array) -> tuple[Array, Array]:
+    """Lowest value and step of 16 bits of each row, of the texels `inside` and of the others."""
+    low, step = np.zeros((*values.shape[:2], 2), np.float32), np.ones((*values.shape[:2], 2), np.float32)
+    for row, shown in enumerate(inside):
+        for kind, texels in enumerate((shown, ~shown)):
+            if texels.any():
+                low[:, row, kind] = values[:, row, texels].min(axis=1)
+                step[:, row, kind] = np.maximum(np.ptp(values[:, row, texels], axis=1) / np.float32(65535.0), 1e-30)
+    return low, step
+
+
+@pytest.mark.parametrize("around", [0.0, 1e4], ids=["like the rest", "far from it"])
+def test_values_are_rounded_to_the_nearest_code(around: float) -> None:
+    """And what that changes counts inside the mask alone, however far the values around it lie."""
     random = np.random.default_rng(5)
     values = random.uniform(-5.0, 260.0, (2, 3, 13)).astype(np.float32)
     values[1, 2] = 7.0
-    of_rows = values.min(axis=2), np.maximum(np.ptp(values, axis=2) / np.float32(65535.0), np.float32(1e-30))
-    codes = np.empty(values.shape, np.uint16)
-    shorten_values(values, *of_rows, codes)
-    kept = of_rows[0][..., None] + of_rows[1][..., None] * codes.astype(np.float32)
-    assert np.abs(kept - values).max() < 0.51 * np.ptp(values, axis=2).max() / 65535.0 + 2e-5
+    inside, planes, squares = random.random((5, 13)) < 0.6, np.full((2, 5, 13), 7, np.uint8), np.empty(2)
+    shown = inside[1:4]
+    values[:, ~shown] += np.float32(around)
+    of_rows, codes = find_ranges(values, shown), np.empty(values.shape, np.uint16)
+    shorten_values(values, shown, *of_rows, codes)
+    low_of, step_of = (np.where(shown, each[..., :1], each[..., 1:]) for each in of_rows)
+    kept = low_of + step_of * codes.astype(np.float32)
+    assert np.abs(kept - values)[:, shown].max() < 0.51 * 265.0 / 65535.0 + 2e-5
     assert {0, 65535} <= set(codes[:, 0].ravel().tolist())
     low, step = np.array([-1.0, 0.0], np.float32), np.array([0.5, 1.0], np.float32)
-    inside, planes, squares = random.random((5, 13)) < 0.6, np.full((2, 5, 13), 7, np.uint8), np.empty(2)
     round_values(codes, *of_rows, 1, low, step, inside, planes, squares)
     scaled = (kept - low[:, None, None]) / step[:, None, None]
     expected = np.clip(np.rint(scaled), 0.0, 255.0)
     np.testing.assert_array_equal(planes[:, 1:4], expected.astype(np.uint8))
     assert (planes[:, [0, 4]] == 7).all()
-    apart = (expected.astype(np.float64) - scaled)[:, inside[1:4]]
-    assert squares == pytest.approx((apart**2).sum(axis=1), rel=1e-6)
+    apart = (expected.astype(np.float64) - scaled)[:, shown]
+    of_codes = (step_of / step[:, None, None])[:, shown] ** 2 / 12.0
+    assert squares == pytest.approx((apart**2 + of_codes).sum(axis=1), rel=1e-6)
+
+
+def test_an_object_before_black_has_planes_as_fine_as_it_needs(stack: ImageStack) -> None:
+    """Texels around an object lie beyond the range of its planes, and sixteen bits as far as to black are 4e-3."""
+    height, width = stack.radiance.shape[1:3]
+    mask = np.zeros((height, width), np.bool_)
+    mask[height // 4 : height // 2, width // 3 : width // 2] = True
+    radiance = np.asarray(0.4 + 0.002 * stack.radiance[:], np.float32)
+    shown, _, _ = drain(take_object(dataclasses.replace(stack, radiance=radiance, provenance={"mask": pack(mask)})))
+    used = np.arange(len(stack.sources))
+    found = drain(fit(shown, used))
+    lights = directions(shown, used)
+    images = np.array([255.0 * srgb_encode(found.image(light).astype(np.float64)) for light in lights])
+    apart = (images - 255.0 * srgb_encode(radiance.astype(np.float64)))[:, mask]
+    assert rmse(apart) < 1e-4
 
 
 def test_left_and_right_light_give_different_images(stack: ImageStack) -> None:
