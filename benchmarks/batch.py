@@ -114,16 +114,25 @@ def batch(folder: Path, *, runs: int = CAPTURES, seed: int = 1) -> Steps[list[Ac
 
 
 def batch_captures(
-    folder: Path, megapixels: Sequence[float] = (MEGAPIXELS,), *, runs: int = WHOLE, seed: int = 1
+    folder: Path,
+    megapixels: Sequence[float] = (MEGAPIXELS,),
+    *,
+    runs: int = WHOLE,
+    seed: int = 1,
+    keep: Path | None = None,
 ) -> Steps[list[Accuracy]]:
     """The same of whole captures, of which a process is killed every minute.
 
-    `runs` are captures for each process, of photographs of so many `megapixels`, the first of which counts.
+    `runs` are captures for each process, of photographs of so many `megapixels`, the first of which counts. A run that
+    was ended goes on in the folder `keep`.
     """
+    folder = folder if keep is None else make_folder(keep)
     cores, size = thread_count(), round(1000.0 * math.sqrt(megapixels[0]))
     place = folder / "photographs"
-    yield from simulate(LightArc(elevation=tuple(map(math.radians, ELEVATIONS_DEG)), size=size), place)
+    if not place.is_dir():
+        yield from simulate(LightArc(elevation=tuple(map(math.radians, ELEVATIONS_DEG)), size=size), place)
     captures = [Capture(f"capture {at}", place) for at in range(runs * cores)]
+    discard(folder / "one")
     one, _ = yield from _spend(make_folder(folder / "one"), captures[:ALONE], 1, "make_whole")
     discard(folder / "one")
     seen = yield from _kill(make_folder(folder / "killed"), captures, cores, "make_whole", WHOLE_KILL_S, seed)
@@ -204,26 +213,38 @@ def _list_done(step: Step) -> list[Row]:
 def _kill(
     folder: Path, captures: Sequence[Capture], processes: int, function: str, every_s: float, seed: int
 ) -> Steps[_Seen]:
-    """Make captures while one of the processes is killed every so many seconds."""
-    draw, own, killed, made_s, begun_s = random.Random(seed), psutil.Process(), 0, 0.0, time.monotonic()
-    due_s, sizes, made, there = begun_s + every_s, list[float](), dict[str, int](), set[str]()
-    for step in _run(folder, captures, processes, function):
+    """Make captures while one of the processes is killed every so many seconds; a run that was ended goes on."""
+    kept, draw, own, sizes = folder / "seen.json", random.Random(seed), psutil.Process(), list[float]()
+    seen: dict[str, Any] = {"made": {}, "killed": 0, "made_s": 0.0, "taken_s": 0.0}
+    if kept.is_file():
+        seen = json.loads(kept.read_bytes())
+    earlier, made = frozenset(seen["made"]), seen["made"]
+    there = {name for name in made if _keep_record(folder / "results" / name)}
+    last_s = time.monotonic()
+    due_s = last_s + every_s
+    for at, step in enumerate(_run(folder, captures, processes, function)):
         for row in _list_done(step):
             name = row.capture.name
+            if at == 0 and name in earlier:  # the first step lists what earlier parts have made
+                continue
             made[name] = made.get(name, 0) + 1
-            made_s += row.record["spent_s"]
+            seen["made_s"] += row.record["spent_s"]
             sizes.append(own.memory_info().rss / 1e6)
             there |= {name} & _keep_record(folder / "results" / name)
         if time.monotonic() > due_s:
             due_s = time.monotonic() + every_s
             with suppress(psutil.Error, IndexError):  # one that has just ended
                 draw.choice([each for each in own.children() if "app.batch.worker" in each.cmdline()]).kill()
-                killed += 1
+                seen["killed"] += 1
+        if step.partial:
+            last_s, taken_s = time.monotonic(), time.monotonic() - last_s
+            seen["taken_s"] += taken_s
+            write_json(kept, seen)
         yield Step(step.done, f"killing: {step.note}")
     later = sizes[len(sizes) // 2 :]
     slope_mb = float(np.polyfit(np.arange(len(later)), later, 1)[0]) if len(later) > 2 else 0.0
     lost, doubled = len(captures) - len(there), sum(made.values()) - len(made)
-    return _Seen(lost, doubled, killed, slope_mb, made_s, time.monotonic() - begun_s)
+    return _Seen(lost, doubled, seen["killed"], slope_mb, seen["made_s"], seen["taken_s"])
 
 
 def _keep_record(folder: Path) -> set[str]:

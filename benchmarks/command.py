@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.quantities import size_bytes
-from app.arguments.results import MEASURED_PAGE, SOAK_LOG, Input, Output
+from app.arguments.results import MEASURED_PAGE, SHARED, SOAK_LOG, Input, Output
 from engine.core.errors import FileError, MissingCapability, UsageError
 from engine.core.figure_text import number, time_text
 from engine.core.steps import Step, drain
@@ -223,7 +223,7 @@ OPTIONS = {
     "window-soak": ("runs", "run_s", "at_once", "seed", "record"),
     "cancel": ("runs", "seed"),
     "batch": ("runs", "seed"),
-    "batch-captures": ("runs", "seed", "megapixels"),
+    "batch-captures": ("runs", "seed", "megapixels", "keep"),
     "busy-models": ("runs",),
     "large-memory": ("megapixels", "photographs", "limit_bytes", "hard_limit"),
     "watch": ("photographs",),
@@ -332,6 +332,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         default=None,
         help="let the system end commands of large-memory that need a tenth more than --limit (Linux, control groups)",
+    )
+    parser.add_argument(
+        "--keep",
+        type=Output(SHARED, Path),
+        metavar="FOLDER",
+        help="folder of batch-captures, where a run that was ended goes on",
     )
     parser.add_argument(
         "--record",

@@ -1,11 +1,14 @@
-"""The simulated schedule of a batch against schedules that can be counted by hand."""
+"""The simulated schedule of a batch against schedules that can be counted by hand, and a run in two parts."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import pytest
 
 from app.batch.run import REPORT_SHARE
-from benchmarks.batch import simulate_schedule
+from benchmarks.batch import _captures, _kill, simulate_schedule
+from engine.core.steps import drain
 
 
 def test_processes_that_wait_for_nobody_share_the_work_evenly() -> None:
@@ -20,3 +23,14 @@ def test_a_slow_scheduler_bounds_the_schedule() -> None:
 
 def test_one_process_takes_the_sum() -> None:
     assert simulate_schedule(200, 1, 3.0, 0.5) == pytest.approx(200 * (3.0 + 0.5 * (1.0 + REPORT_SHARE)), rel=0.02)
+
+
+def test_a_run_that_was_ended_goes_on_and_counts_each_capture_once(tmp_path: Path) -> None:
+    captures = _captures(tmp_path, 6)
+    part = _kill(tmp_path, captures, 2, "wait", 1e9, 1)
+    while "2 of 6" not in next(part).note:
+        pass
+    part.close()
+    seen = drain(_kill(tmp_path, captures, 2, "wait", 1e9, 1))
+    assert (seen.lost, seen.doubled, seen.killed) == (0, 0, 0)
+    assert 3.0 <= seen.made_s < 6.0
