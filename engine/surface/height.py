@@ -18,14 +18,16 @@ Bound by the transforms: two for each iteration, some 0.2 s per megatexel. Memor
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, ndimage
 
 from engine.core.steps import Step, Steps, part
+from engine.surface.bands import filter_in_bands, smooth
 from engine.surface.depth_edges import Division
-from engine.surface.height_kernel import add_product, apply_normal, multiply_by_inverse_eigenvalues, sum_products
+from engine.surface.height_kernel import add_product, apply_normal, divide_by_eigenvalues, sum_products
 
 Array = NDArray[np.float64]
 
@@ -35,8 +37,12 @@ TOLERANCE, ITERATIONS = 1e-4, 200
 #: Variances are kept within these multiples of their median.
 RANGE = (0.05, 1e3)
 
-#: Texels over which errors of slopes are taken to be alike.
-ALIKE = 2.0
+#: Texels over which errors of slopes are taken to be alike, and rows above and below that such a mean of differences of
+#: neighbours depends on.
+ALIKE, AROUND = 2.0, 9
+
+#: Columns that are transformed at a time, a whole number of pages of each row.
+BLOCK = 1024
 
 #: Deviation of a lens's blur in texels, of a photograph that keeps half the contrast of 0.42 periods per texel.
 LENS = 0.45
@@ -99,16 +105,12 @@ def _solve(across: Array, down: Array, wanted_across: Array, wanted_down: Array,
     """The height (H, W), but for a constant, whose steps to the right and below are nearest to those that are wanted,
     by the weights `across` (H, W − 1) and `down` (H − 1, W)."""
 
-    def evenly(flow: Array) -> Array:
-        """The solution for equal weights."""
-        spectrum = fft.dctn(flow, norm="ortho", workers=2)
-        multiply_by_inverse_eigenvalues(spectrum)
-        return np.asarray(fft.idctn(spectrum, norm="ortho", workers=2, overwrite_x=True))
-
     residual = _divergence(across * wanted_across, down * wanted_down)
-    enough = TOLERANCE**2 * sum_products(residual, evenly(residual))
+    enough = TOLERANCE**2 * sum_products(residual, _solve_evenly(residual))
     if start is None:
-        height = evenly(_divergence(np.where(across > 0.0, wanted_across, 0.0), np.where(down > 0.0, wanted_down, 0.0)))
+        height = _solve_evenly(
+            _divergence(np.where(across > 0.0, wanted_across, 0.0), np.where(down > 0.0, wanted_down, 0.0))
+        )
     else:
         height = start.copy()
     applied, direction, before = np.empty_like(height), np.zeros_like(height), 1.0
@@ -116,7 +118,7 @@ def _solve(across: Array, down: Array, wanted_across: Array, wanted_down: Array,
     residual -= applied
     for iteration in range(ITERATIONS):
         yield Step(iteration / ITERATIONS, "solving for the height")
-        conditioned = evenly(residual)
+        conditioned = _solve_evenly(residual)
         now = sum_products(residual, conditioned)
         if now <= enough:
             break
@@ -128,6 +130,30 @@ def _solve(across: Array, down: Array, wanted_across: Array, wanted_down: Array,
         add_product(height, step, direction)
         add_product(residual, -step, applied)
     return height
+
+
+def _solve_evenly(flow: Array) -> Array:
+    """The height (H, W) of a flow (H, W) for equal weights.
+
+    Columns are transformed, divided and transformed back a block at a time, which reads the pages of an array that lies
+    in a file but once.
+    """
+    spectrum = flow.copy()
+    _transform(fft.dct, spectrum, 1)
+    for first in range(0, spectrum.shape[1], BLOCK):
+        block = spectrum[:, first : first + BLOCK]
+        _transform(fft.dct, block, 0)
+        divide_by_eigenvalues(spectrum, first, first + block.shape[1])
+        _transform(fft.idct, block, 0)
+    _transform(fft.idct, spectrum, 1)
+    return spectrum
+
+
+def _transform(transform: Callable[..., Array], values: Array, axis: int) -> None:
+    """Transform `values` along an axis in place."""
+    found = transform(values, axis=axis, norm="ortho", workers=2, overwrite_x=True)
+    if not np.may_share_memory(found, values):
+        values[:] = found
 
 
 def disagreement(
@@ -153,10 +179,14 @@ def disagreement(
         total[ends] += off * off * weight
         number[ends] += weight > 0.0
         np.maximum(largest[ends], np.where(weight > 0.0, np.abs(off), 0.0), out=largest[ends])
-    blurred = ndimage.gaussian_filter(total / np.maximum(number, 1.0), ALIKE, mode="nearest")
-    if division is not None:
-        compared = ndimage.gaussian_filter((number > 0.0).astype(np.float64), ALIKE, mode="nearest")
-        blurred /= np.maximum(compared, 0.05)
+
+    def average(total: Array, number: Array) -> Array:
+        blurred = smooth(total / np.maximum(number, 1.0), ALIKE)
+        if division is not None:
+            blurred /= np.maximum(smooth((number > 0.0).astype(np.float64), ALIKE), 0.05)
+        return np.asarray(blurred)
+
+    blurred = filter_in_bands(average, AROUND, total, number)
     return np.maximum(2.0 * blurred, 1.0), largest
 
 
@@ -165,14 +195,22 @@ def lens_variance(values: NDArray[np.float32], blur: float = LENS**2) -> NDArray
 
     A Gaussian of the variance σ² = `blur`, in squared texels, adds σ²/2 ∇²x to x.
     """
-    bend = 0.5 * blur * ndimage.laplace(values, mode="nearest")
-    return np.asarray(ndimage.gaussian_filter(bend * bend, ALIKE, mode="nearest"), np.float32)
+
+    def measure(values: NDArray[np.float32]) -> NDArray[np.float32]:
+        bend = 0.5 * blur * ndimage.laplace(values, mode="nearest")
+        return np.asarray(smooth(bend * bend, ALIKE), np.float32)
+
+    return np.asarray(filter_in_bands(measure, AROUND, values))
 
 
 def shift_variance(values: NDArray[np.float32], shift: float) -> NDArray[np.float32]:
     """(H, W) variance of a map (H, W) that may lie beside its place by the standard deviation `shift`, in texels."""
-    squares = sum(np.square(np.gradient(values, axis=axis)) for axis in (0, 1))
-    return np.asarray(0.5 * shift**2 * ndimage.gaussian_filter(squares, ALIKE, mode="nearest"), np.float32)
+
+    def measure(values: NDArray[np.float32]) -> NDArray[np.float32]:
+        squares = np.sum([np.square(np.gradient(values, axis=axis)) for axis in (0, 1)], axis=0)
+        return np.asarray(0.5 * shift**2 * smooth(squares, ALIKE), np.float32)
+
+    return np.asarray(filter_in_bands(measure, AROUND, values))
 
 
 def estimate_unresolved(slope: NDArray[np.float32], blur: float = LENS**2) -> NDArray[np.float32]:
@@ -182,8 +220,14 @@ def estimate_unresolved(slope: NDArray[np.float32], blur: float = LENS**2) -> ND
     which the surface's own adds (Olano2010): a gradient g is the variance (σ² + 1/12) g² to a Gaussian of the variance
     σ² = `blur` and a square of side 1.
     """
-    squares = sum(np.square(np.gradient(slope[..., of], axis=along)) for of in (0, 1) for along in (0, 1))
-    return np.asarray((blur + 1.0 / 12.0) * ndimage.gaussian_filter(squares, ALIKE, mode="nearest"), np.float32)
+
+    def measure(slope: NDArray[np.float32]) -> NDArray[np.float32]:
+        squares = np.sum(
+            [np.square(np.gradient(slope[..., of], axis=along)) for of in (0, 1) for along in (0, 1)], axis=0
+        )
+        return np.asarray((blur + 1.0 / 12.0) * smooth(squares, ALIKE), np.float32)
+
+    return np.asarray(filter_in_bands(measure, AROUND, slope))
 
 
 def height_deviation(variance: Array, division: Division | None = None) -> Steps[Array]:

@@ -57,16 +57,17 @@ def add_product(target: np.ndarray, factor: float, other: np.ndarray) -> None:
 
 
 @scalar
-def multiply_by_inverse_eigenvalues(spectrum: np.ndarray) -> None:
-    """Divide the cosine transform (H, W) of a flow by the eigenvalues of Dᵀ D; the mean, which is open, becomes 0."""
+def divide_by_eigenvalues(spectrum: np.ndarray, first: int, last: int) -> None:
+    """Divide columns `first` to `last` of the cosine transform (H, W) of a flow by the eigenvalues of Dᵀ D; the mean,
+    which is open, becomes 0."""
     rows, columns = spectrum.shape
-    by_column = np.empty(columns)
-    for column in range(columns):
-        by_column[column] = _eigenvalue(column, columns)
+    by_column = np.empty(last - first)
+    for column in range(first, last):
+        by_column[column - first] = _eigenvalue(column, columns)
     for row in range(rows):
         of_row = _eigenvalue(row, rows)
-        for column in range(columns):
-            value = of_row + by_column[column]
+        for column in range(first, last):
+            value = of_row + by_column[column - first]
             spectrum[row, column] = spectrum[row, column] * (1.0 / value) if value > 0.0 else 0.0
 
 

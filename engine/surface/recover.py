@@ -325,15 +325,12 @@ class _Planes:
     def finish(self, outside: NDArray[np.bool_]) -> None:
         """Let neighbours decide what texels do not tell, and say that nothing is known of texels `outside` (H, W)."""
         found, sigma = smooth_roughness(self.roughness, self.sigma["roughness"], outside)
-        # ρ and F move with the roughness
-        moved = (found - self.roughness)[..., None] * self.coefficients[..., 9:]
-        self.coefficients[..., :3] = np.maximum(self.coefficients[..., :3] + moved[..., :1], 0.0)
-        self.coefficients[..., 3:6] = np.maximum(self.coefficients[..., 3:6] + moved[..., 1:], 0.0)
-        self.roughness, self.sigma["roughness"] = found, sigma
+        self.sigma["roughness"] = sigma
         threshold = weigh_neighbours(self.evidence, METAL_EVIDENCE, outside)
-        rows = max(1, BLOCK_TEXELS // self.roughness.shape[1])
-        for first in range(0, len(self.roughness), rows):
-            self._convert(slice(first, first + rows), threshold[first : first + rows])
+        count = max(1, BLOCK_TEXELS // self.roughness.shape[1])
+        for first in range(0, len(self.roughness), count):
+            rows = slice(first, first + count)
+            self._convert(rows, found[rows], threshold[rows])
         for name, values, unknown in (
             ("roughness", self.roughness, 0.5),
             ("metallic", self.metallic, 0.5),
@@ -343,8 +340,13 @@ class _Planes:
             self.sigma[name][outside] = unknown
         self.base_colour[outside], self.sigma["base_colour"][outside] = 0.0, 1.0
 
-    def _convert(self, rows: slice, evidence: Map) -> None:
-        """Metallic-roughness of the coefficients of some rows; metals need this evidence."""
+    def _convert(self, rows: slice, roughness: Map, evidence: Map) -> None:
+        """Metallic-roughness of the coefficients of some rows at another roughness; metals need this evidence."""
+        own = self.coefficients[rows]
+        moved = (roughness - self.roughness[rows])[..., None] * own[..., 9:]  # ρ and F move with the roughness
+        own[..., :3] = np.maximum(own[..., :3] + moved[..., :1], 0.0)
+        own[..., 3:6] = np.maximum(own[..., 3:6] + moved[..., 1:], 0.0)
+        self.roughness[rows] = roughness
         made, shape = self._find_metallic(rows, evidence), self.roughness[rows].shape
         self.base_colour[rows], self.metallic[rows] = made.base_colour.reshape(*shape, 3), made.metallic.reshape(shape)
         self.f0[rows] = made.f0.reshape(shape)

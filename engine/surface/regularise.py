@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
+
+from engine.surface.bands import filter_in_bands, list_bands, smooth
 
 Plane = NDArray[np.float64]
 Map = NDArray[np.float32]
@@ -21,12 +22,23 @@ Map = NDArray[np.float32]
 #: Deviation of the Gaussian of neighbours, in texels.
 NEAR = 2.0
 
+#: Rows that a texel depends on above and below, as means of squares about a mean reach twice as far as the Gaussian.
+AROUND = 16
+
 #: Largest evidence of one neighbour in squared deviations, and texels as which all neighbours count together.
 LIMIT, NEIGHBOURS = 9.0, 6.0
 
 
 def smooth_roughness(roughness: Map, sigma: Map, outside: NDArray[np.bool_]) -> tuple[Map, Map]:
     """(H, W) roughness and its deviation, of those that were found (H, W); texels `outside` (H, W) do not count."""
+    found, deviation = np.empty_like(roughness), np.empty_like(sigma)
+    for band, rows, inner in list_bands(len(roughness), AROUND):
+        of_band = _smooth_band(roughness[rows], sigma[rows], outside[rows])
+        found[band], deviation[band] = (each[inner] for each in of_band)
+    return found, deviation
+
+
+def _smooth_band(roughness: Map, sigma: Map, outside: NDArray[np.bool_]) -> tuple[Map, Map]:
     values = roughness.astype(np.float64)
     inside = (~outside).astype(np.float64)
     stated = np.maximum(sigma.astype(np.float64), 0.01) ** 2
@@ -49,14 +61,18 @@ def smooth_roughness(roughness: Map, sigma: Map, outside: NDArray[np.bool_]) -> 
 
 def weigh_neighbours(evidence: Map, threshold: float, outside: NDArray[np.bool_]) -> Map:
     """(H, W) evidence of its own that a texel needs to be a metal, `threshold` where its neighbours say nothing."""
-    inside = (~outside).astype(np.float64)
-    over = np.clip(evidence.astype(np.float64) - threshold, -LIMIT, LIMIT) * inside
-    mean = _near(over) / np.maximum(_near(inside), 1e-6)
-    return np.asarray(threshold - NEIGHBOURS * mean, np.float32)
+
+    def weigh(evidence: Map, outside: NDArray[np.bool_]) -> Map:
+        inside = (~outside).astype(np.float64)
+        over = np.clip(evidence.astype(np.float64) - threshold, -LIMIT, LIMIT) * inside
+        mean = _near(over) / np.maximum(_near(inside), 1e-6)
+        return np.asarray(threshold - NEIGHBOURS * mean, np.float32)
+
+    return np.asarray(filter_in_bands(weigh, AROUND, evidence, outside))
 
 
 def _near(values: Plane) -> Plane:
-    return np.asarray(ndimage.gaussian_filter(values, NEAR, mode="nearest"))
+    return np.asarray(smooth(values, NEAR))
 
 
 def _difference_of_neighbours(values: Plane, inside: Plane) -> Plane:

@@ -8,8 +8,16 @@ from scipy import sparse
 from scipy.sparse.linalg import lsqr
 
 from engine.core.steps import drain
+from engine.surface import height as heights
 from engine.surface.depth_edges import Division
-from engine.surface.height import _bound, disagreement, height_deviation, height_from_slopes
+from engine.surface.height import (
+    _bound,
+    _divergence,
+    _solve_evenly,
+    disagreement,
+    height_deviation,
+    height_from_slopes,
+)
 
 
 def slopes(height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -34,6 +42,18 @@ def test_weighted_slopes_give_the_least_squares_height() -> None:
         matrix[line, one], matrix[line, other], wanted[line] = -weight, weight, weight * slope
     theirs = lsqr(matrix.tocsr(), wanted, atol=1e-12, btol=1e-12)[0].reshape(rows, columns)
     np.testing.assert_allclose(ours, theirs - theirs.mean(), atol=1e-3)
+
+
+@pytest.mark.parametrize("block", [1, 5, 1024])
+def test_a_flow_without_weights_is_the_divergence_of_the_steps_of_its_height(
+    block: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(heights, "BLOCK", block)
+    flow = np.random.default_rng(5).standard_normal((9, 12))
+    height = _solve_evenly(flow)
+    np.testing.assert_allclose(
+        _divergence(np.diff(height, axis=1), np.diff(height, axis=0)), flow - flow.mean(), atol=1e-12
+    )
 
 
 def test_slopes_that_are_not_known_do_not_count() -> None:
