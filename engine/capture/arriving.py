@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.ahead import WrittenAhead
+from engine.capture.arriving_places import MOVES_PX, Places
 from engine.capture.decoded import Decoded, Kept, Mark, mark_of
 from engine.capture.doubts import FEWEST
 from engine.capture.empty import empty
@@ -42,24 +43,23 @@ from engine.capture.lights.sources import belongs, is_set_aside, list_entries
 from engine.capture.photograph.decode import Reading, count_at_once
 from engine.capture.photograph.grey_patch import GreyPatch
 from engine.capture.photograph.kinds import photograph_suffixes
-from engine.capture.registration.align import align
-from engine.capture.registration.pair_motion import largest_move
 from engine.capture.registration.texture import reduction
 from engine.capture.report import Quality, judge_each
 from engine.core.budget import free_bytes
 from engine.core.colour import to_display8
+from engine.core.directions import surface_direction
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import number
 from engine.core.health import Finding, Verdict
-from engine.core.steps import Step, Steps, drain
+from engine.core.steps import Step, Steps
 
 #: Seconds between two looks at the folder, that a file stays as it is before it counts as complete, the same where the
 #: system has said that it was closed, and until one that cannot be decoded is given up.
 LOOK_S, STEADY_S, CLOSED_S, GIVE_UP_S = 0.2, 1.0, 0.1, 10.0
 
-#: Pixels of the images that are compared from which on a motion against the first photograph is said, and beyond those
-#: that other light on relief imitates (`engine.capture.registration.align`).
-MOVES_PX, MOVED_PX = 2.0, 8.0
+#: Pixels of the images that are compared beyond those that other light on relief imitates
+#: (`engine.capture.registration.align`).
+MOVED_PX = 8.0
 
 #: Numbers of photographs at which a mirror sphere is looked for.
 _SPHERE_AT = (4, 8, 16, 32)
@@ -154,7 +154,6 @@ class _File:
     reading: Reading | None = None
     kept: Kept | None = None
     error: InputError | None = None
-    moved_px: float | None = None
     spot: Direction | UsageError | None = None
     said: bool = False
 
@@ -240,6 +239,7 @@ class _Follow:
     _sphere: Circle | None = None
     _shots: set[Path] = field(default_factory=set)
     _new: set[Path] = field(default_factory=set)
+    _places: Places = field(default_factory=Places)
 
     @property
     def is_busy(self) -> bool:
@@ -342,6 +342,7 @@ class _Follow:
         if file.reading is not None:
             file.reading.close()
         self.decoded.forget(file.mark)
+        self._places.forget(file.mark)
         if path in self.order:
             self.order.remove(path)
 
@@ -358,10 +359,9 @@ class _Follow:
             return False  # it has changed meanwhile, which the next look finds
         file.kept = self.decoded.keep(file.mark, photograph)
         self.order.append(path)
-        first = next(self.files[each] for each in self.order if self.files[each].kept is not None)
-        assert first.kept is not None
-        if first is not file:
-            file.moved_px = _find_motion(first.kept, file.kept)
+        stated = self._stated([each for each in self.order if self.files[each].kept is not None])
+        lamps = {self.files[each].mark: _towards(direction) for each, direction in stated.items()}
+        self._places.add(file.mark, file.kept, lamps)
         self._new.add(path)
         return True
 
@@ -383,7 +383,7 @@ class _Follow:
         taken = [(path, file, file.kept) for path, file in there if file.kept is not None]
         paths = [path for path, _, _ in taken]
         directions = self._directions(paths, taken)
-        said = dict(zip(paths, _judge_all(taken, directions, self._sphere is not None), strict=True))
+        said = dict(zip(paths, _judge_all(taken, directions, self._places, self._sphere is not None), strict=True))
         shown = [
             Arrived(path, to_display8(file.kept.noted.thumbnail), directions.get(path), *said[path])
             if file.kept is not None
@@ -407,6 +407,10 @@ class _Follow:
             self._look_at_sphere(outline, taken)
             spots = {path: file.spot for path, file, _ in taken if isinstance(file.spot, tuple)}
             return {path: spot for path, spot in spots.items() if not isinstance(spot, UsageError)}
+        return self._stated(paths)
+
+    def _stated(self, paths: list[Path]) -> dict[Path, Direction]:
+        """The lights of photographs that a list or their names state."""
         stated = self._listed.match(paths) if self._listed is not None else from_names(paths)
         return {path: one for path, one in zip(paths, stated, strict=True) if one is not None}
 
@@ -446,20 +450,14 @@ def _direction_of(sphere: Circle, spot: tuple[float, float]) -> Direction | Usag
     return math.degrees(math.asin(min(1.0, float(z)))), math.degrees(math.atan2(y, x)) % 360.0
 
 
-def _find_motion(first: Kept, kept: Kept) -> float | None:
-    """Pixels by which a photograph lies beside the first one; None where their light is too unlike to say."""
-    greys = [first.noted.grey, kept.noted.grey]
-    if greys[0] is None or greys[1] is None or (first.width, first.height) != (kept.width, kept.height):
-        return None
-    factor = reduction(first.height, first.width)
-    found = drain(align([greys[0], greys[1]], ["first", "second"], "translation", factor, 0))
-    if not found.aligned[1]:
-        return None
-    return largest_move(found.matrix[1], (first.height, first.width))
+def _towards(direction: Direction) -> NDArray[np.float64]:
+    """The unit vector towards a lamp, those of an arc of which no azimuth is known at the same one."""
+    elevation, azimuth = direction
+    return surface_direction(math.radians(90.0 - elevation), math.radians(azimuth or 0.0))
 
 
 def _judge_all(
-    taken: Sequence[_Taken], directions: Mapping[Path, Direction], sees_sphere: bool
+    taken: Sequence[_Taken], directions: Mapping[Path, Direction], places: Places, sees_sphere: bool
 ) -> Iterator[tuple[tuple[Finding, ...], bool]]:
     """The findings on each photograph beside the others, and whether it is another image than those before it."""
     names = [printable(path) for path, _, _ in taken]
@@ -488,7 +486,7 @@ def _judge_all(
         twin = first.setdefault(image.tobytes(), name) if image.min() < image.max() else name
         if twin != name:
             said.append(Finding(Verdict.BAD, f"is the same image as {twin}: leave one of them out", name))
-        moved_px = file.moved_px or 0.0
+        moved_px = places.measure_px(file.mark)
         compared_px = moved_px / reduction(one.height, one.width)
         if compared_px >= MOVED_PX:
             text = f"is shifted by {number(moved_px)} px against the first photograph"

@@ -145,3 +145,34 @@ def test_photographs_are_judged_beside_those_that_are_there(tmp_path: Path, deco
         assert words in said[names[at]], (words, said)
     assert said[names[6]] == ""
     assert found.count == 6  # the image that is there twice counts once
+
+
+def draw_button(folder: Path, lamps: int, moved: int | None = None) -> list[str]:
+    """Photographs of a glossy dome-shaped button before black under `lamps` all around, one of which is `moved`."""
+    folder.mkdir()
+    row, column = np.mgrid[-1.5:1.5:160j, -1.5:1.5:160j]
+    inside = row**2 + column**2 < 1.0
+    up = np.sqrt(np.clip(1.0 - row**2 - column**2, 0.0, None))
+    normal = np.stack([column, -row, up], axis=-1)
+    grain = np.random.default_rng(1).uniform(0.8, 1.0, inside.shape)
+    lines, names = [str(lamps)], [f"{at:02}.png" for at in range(lamps)]
+    for at, name in enumerate(names):
+        azimuth, elevation = 2.4 * at, np.radians(25.0 + 40.0 * at / lamps)
+        lamp = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
+        half = lamp + np.array([0.0, 0.0, 1.0])
+        half /= np.linalg.norm(half)
+        shaded = 0.15 * np.clip(normal @ lamp, 0.0, None) * grain + 0.8 * np.clip(normal @ half, 0.0, None) ** 60
+        codes = (255.0 * np.clip(inside * shaded, 0.0, 1.0) ** (1.0 / 2.2)).astype(np.uint8)
+        cv2.imwrite(str(folder / name), np.roll(codes, (12, -16) if at == moved else 0, (0, 1)))
+        lines.append("{} {:.6f} {:.6f} {:.6f}".format(name, *lamp))
+        os.utime(folder / name, (time.time() - 60 + at,) * 2)
+    (folder / "lights.lp").write_text("\n".join(lines))
+    return names
+
+
+@pytest.mark.parametrize("moved", [None, 19])
+def test_highlights_that_move_with_the_lamp_are_no_motion(tmp_path: Path, decoded: Decoded, moved: int | None) -> None:
+    names = draw_button(tmp_path / "taken", 24, moved)
+    found = Camera(tmp_path / "taken", settle=lambda seen: len(seen.photographs) == len(names)).run(decoded)
+    said = {one.path.name for one in found.photographs if any("is shifted" in each.text for each in one.findings)}
+    assert said == (set() if moved is None else {names[moved]})

@@ -1,0 +1,102 @@
+"""Places of photographs that arrive, by which a motion of the camera is seen while a capture is being taken.
+
+Each photograph is aligned with the first one. Relief and highlights seem to move with the light, though, so that a
+motion counts only as far as photographs of the nearest lamps show it too: of the places that these tell, the least is
+taken. Those that seem to have moved are looked at again once a nearer lamp is there.
+
+Bound by the alignments: one for a photograph that lies where the first does, four for another, each some 30 ms.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.capture.decoded import Kept, Mark
+from engine.capture.registration.align import align
+from engine.capture.registration.texture import reduction
+from engine.core.steps import drain
+
+Array = NDArray[np.float64]
+
+#: Pixels of the images that are compared from which on a photograph counts as moved, photographs of the nearest lamps
+#: that are asked besides the first one, and pixels by which a place is nearer if it is another.
+MOVES_PX, NEAREST, NEARER_PX = 2.0, 3, 0.5
+
+
+class Places:
+    """By how many pixels photographs lie right of the first one and below it; a photograph is known by its `Mark`."""
+
+    def __init__(self) -> None:
+        self._kept: dict[Mark, Kept] = {}
+        self._places: dict[Mark, Array] = {}
+        self._shifts: dict[tuple[Mark, Mark], Array | None] = {}
+
+    def add(self, mark: Mark, kept: Kept, lamps: Mapping[Mark, Array]) -> None:
+        """Add a photograph; `lamps` are unit vectors (3,) towards those that are known."""
+        self._kept[mark] = kept
+        self._places[mark] = self._find(mark, lamps)
+        changed = deque([mark])
+        while changed:
+            one = changed.popleft()
+            for other in self._kept:
+                if other == one or not self._is_moved(other) or one not in self._ask(other, lamps):
+                    continue
+                place = self._find(other, lamps)
+                if np.hypot(*place) < np.hypot(*self._places[other]) - NEARER_PX:
+                    self._places[other] = place
+                    changed.append(other)
+
+    def forget(self, mark: Mark) -> None:
+        """Forget a photograph, whether it was added or not."""
+        self._kept.pop(mark, None)
+        self._places.pop(mark, None)
+        self._shifts = {pair: shift for pair, shift in self._shifts.items() if mark not in pair}
+
+    def measure_px(self, mark: Mark) -> float:
+        """The distance of a photograph from the first one; 0 where their light is too unlike to say."""
+        return float(np.hypot(*self._places[mark]))
+
+    def _is_moved(self, mark: Mark) -> bool:
+        return self._is_far(self._places[mark], self._kept[mark])
+
+    def _is_far(self, place: Array, kept: Kept) -> bool:
+        return float(np.hypot(*place)) >= MOVES_PX * reduction(kept.height, kept.width)
+
+    def _find(self, mark: Mark, lamps: Mapping[Mark, Array]) -> Array:
+        """The least of the places that the first photograph and those of the nearest lamps tell, and of those that
+        agree with it that of the first."""
+        places: list[Array] = []
+        for other in self._ask(mark, lamps):
+            if (other, mark) not in self._shifts:
+                self._shifts[other, mark] = find_shift(self._kept[other], self._kept[mark])
+            if (shift := self._shifts[other, mark]) is None:
+                continue
+            places.append(self._places[other] + shift)
+            if not self._is_far(places[-1], self._kept[mark]):
+                return places[-1]
+        least = min(places, key=lambda place: float(np.hypot(*place)), default=np.zeros(2))
+        return next((place for place in places if not self._is_far(place - least, self._kept[mark])), least)
+
+    def _ask(self, mark: Mark, lamps: Mapping[Mark, Array]) -> list[Mark]:
+        """The first photograph, and those of the nearest lamps, or the latest where these are not known."""
+        first, *others = self._kept
+        if mark == first:
+            return []
+        others = [each for each in reversed(others) if each != mark]
+        if mark in lamps:
+            others.sort(key=lambda each: -float(lamps[each] @ lamps[mark]) if each in lamps else 2.0)
+        return [first, *others[:NEAREST]]
+
+
+def find_shift(other: Kept, kept: Kept) -> Array | None:
+    """Pixels (2,) by which a photograph lies right of another and below it; None where they are too unlike to say."""
+    greys = [other.noted.grey, kept.noted.grey]
+    if greys[0] is None or greys[1] is None or (other.width, other.height) != (kept.width, kept.height):
+        return None
+    factor = reduction(other.height, other.width)
+    found = drain(align([greys[0], greys[1]], ["first", "second"], "translation", factor, 0))
+    return np.asarray(found.matrix[1][:2, 2]) if found.aligned[1] else None
