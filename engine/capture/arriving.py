@@ -153,6 +153,7 @@ class _File:
     is_closed: bool = False
     reading: Reading | None = None
     kept: Kept | None = None
+    shown: NDArray[np.uint8] | None = None
     error: InputError | None = None
     spot: Direction | UsageError | None = None
     said: bool = False
@@ -240,6 +241,8 @@ class _Follow:
     _shots: set[Path] = field(default_factory=set)
     _new: set[Path] = field(default_factory=set)
     _places: Places = field(default_factory=Places)
+    _judged: tuple[list[Path], dict[Path, Direction], Circle | None] | None = None
+    _said: dict[Path, tuple[tuple[Finding, ...], bool]] = field(default_factory=dict)
 
     @property
     def is_busy(self) -> bool:
@@ -358,6 +361,7 @@ class _Follow:
         if mark_of(path) != file.mark:
             return False  # it has changed meanwhile, which the next look finds
         file.kept = self.decoded.keep(file.mark, photograph)
+        file.shown = to_display8(file.kept.noted.thumbnail)
         self.order.append(path)
         stated = self._stated([each for each in self.order if self.files[each].kept is not None])
         lamps = {self.files[each].mark: _towards(direction) for each, direction in stated.items()}
@@ -383,9 +387,12 @@ class _Follow:
         taken = [(path, file, file.kept) for path, file in there if file.kept is not None]
         paths = [path for path, _, _ in taken]
         directions = self._directions(paths, taken)
-        said = dict(zip(paths, _judge_all(taken, directions, self._places, self._sphere is not None), strict=True))
+        judged = paths, directions, self._sphere
+        if self._new or judged != self._judged:  # it takes a tenth of a second, also where a file has just appeared
+            all_said = _judge_all(taken, directions, self._places, self._sphere is not None)
+            self._judged, self._said = judged, dict(zip(paths, all_said, strict=True))
         shown = [
-            Arrived(path, to_display8(file.kept.noted.thumbnail), directions.get(path), *said[path])
+            Arrived(path, file.shown, directions.get(path), *self._said[path])
             if file.kept is not None
             else Arrived(path, None, None, (_about_error(path, file.error),))
             for path, file in there

@@ -52,9 +52,10 @@ BROAD_PX = 6.0
 #: Rounds of refinement at most, the largest step in pixels, and the one at which they end.
 ROUNDS, LARGEST_STEP, SETTLED_PX = 12, 1.0, 0.01
 
-#: Turns of the refinement after which photographs are searched anew, their held-out error over the median of all from
-#: which they are, and the factor by which the deviation of their shift grows with it at most.
-SEARCHED, LOST, MAX_GROWTH = (1, 4), 1.6, 3.0
+#: Turns of the refinement before which the rig is fitted, after which photographs are searched anew, their held-out
+#: error over the median of all from which they are, and the factor by which the deviation of their shift grows with it
+#: at most.
+REFITTED, SEARCHED, LOST, MAX_GROWTH = (0, 2), (1, 4), 1.6, 3.0
 
 #: Smallest of the largest shifts, in pixels of the images, that is worth resampling.
 MIN_SHIFT = 0.05
@@ -206,7 +207,7 @@ def _refine(
         parts = [_align(images, window, shifts) for window in windows]
         values = np.concatenate([part.reshape(len(images), -1) for part in parts], axis=1).T.astype(np.float64)
         sample = _sample(values, images[0].shape, windows)
-        if turn in (0, 2):
+        if turn in REFITTED:
             some = np.arange(len(values)) % max(1, len(values) // 600) == 0
             rig = fit(sample.of(some), directions, terms, rig, kind).rig
         left = _measure_by_chunks(sample, directions, rig, kind)
@@ -218,7 +219,8 @@ def _refine(
         if turn in SEARCHED:
             step = _search(parts, left * sample.brightness[:, None], step)
         shifts = shifts + step - step[0]
-        if turn > max(SEARCHED) and np.abs(step - step[0]).max() < SETTLED_PX:
+        is_searched = turn > max(SEARCHED) or (turn >= REFITTED[-1] and not (_relative_errors(left) > LOST).any())
+        if is_searched and np.abs(step - step[0]).max() < SETTLED_PX:
             rounds = turn + 1
     scatter = 1.2533 * steps.std(axis=0) / np.sqrt(max(len(steps), 1)) if rounds else np.zeros((len(images), 2))
     residual = np.hypot(np.hypot(*(2.0 * scatter + np.abs(np.median(steps, axis=0))).T), HIDDEN_PX)
