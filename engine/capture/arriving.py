@@ -210,7 +210,7 @@ def arrive(
                 return capture
             if ahead is not None and math.isinf(ended_s):
                 follow.write_next(ahead)
-            closed = (wait or _sleep)(LOOK_S)
+            closed = follow.pause(wait or _sleep)
     finally:
         follow.close()
 
@@ -298,6 +298,16 @@ class _Follow:
                 self._give_up(path, file)
                 changed = True
         return changed
+
+    def pause(self, wait: Wait) -> Collection[Path]:
+        """Wait until something may have changed, for `LOOK_S` at most; the files that were closed meanwhile."""
+        reading = next((file.reading for file in self.files.values() if file.reading is not None), None)
+        if reading is not None:
+            reading.wait(LOOK_S)
+            return wait(0.0)
+        now = time.monotonic()
+        steady = [CLOSED_S + file.since_s - now for file in self.files.values() if file.is_closed and not file.is_over]
+        return wait(min([LOOK_S, *(each for each in steady if each > 0.0)]))
 
     def close(self) -> None:
         """Stop the decoders."""
