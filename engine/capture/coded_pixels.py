@@ -424,6 +424,22 @@ class CodedArray(FileArray):
 class CodedRadiance(CodedArray):
     """(N, H, W, 3) radiance."""
 
+    def __getitem__(self, key: Any) -> NDArray[Any]:
+        """As of any array in a file; of rows and columns some of which are left out no others are decoded."""
+        found = self._look_up(*key) if isinstance(key, tuple) and len(key) == 3 else None
+        return super().__getitem__(key) if found is None else found
+
+    def _look_up(self, planes: Any, rows: Any, columns: Any) -> NDArray[np.float32] | None:
+        """Radiance by the codes of one plane; None where rows follow each other, or codes alone do not tell it."""
+        if not isinstance(planes, int | np.integer) or not isinstance(rows, slice) or rows.step in (None, 1):
+            return None
+        assert self.codes is not None
+        tables = _tabulate(self.decodings[int(planes)])
+        if tables is None:
+            return None
+        codes = self.codes[planes, rows, columns]
+        return np.stack([tables[each, codes[..., min(each, codes.shape[-1] - 1)]] for each in range(3)], axis=-1)
+
     def decode(self, codes: _Codes, plane: int, first: int, into: NDArray[Any]) -> None:
         decode_rows(codes, first, self.decodings[plane], self.window, into)
 

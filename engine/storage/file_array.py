@@ -7,6 +7,7 @@ Cost: one copy from the system's cache, about 0.1 s for a gigabyte, and some 20 
 
 from __future__ import annotations
 
+import math
 import os
 import stat
 from collections.abc import Callable, Iterator, Sequence
@@ -136,7 +137,7 @@ class FileArray:
     def _fill(self, file: BinaryIO, into: NDArray[Any], row: int) -> None:
         """Read `into` from `row` on, counted over all planes."""
         left = into.reshape(-1).view(np.uint8).data
-        file.seek(self.offset_bytes + row * self.dtype.itemsize * int(np.prod(self.shape[2:], dtype=np.int64)))
+        file.seek(self.offset_bytes + row * self.dtype.itemsize * math.prod(self.shape[2:]))
         while len(left):
             read = file.readinto(left)  # type: ignore[attr-defined]
             if not read:
