@@ -33,7 +33,7 @@ START, RATIO = 0.05, 0.3
 
 #: Halley's iteration converges cubically: after a step that is this share of K it is exact to rounding. Halving
 #: ends at the second size.
-LAST_STEP, LAST_HALVING = 3e-5, 1e-14
+LAST_STEP, LAST_HALVING = 3e-6, 1e-14
 MAX_STEPS = 60
 
 #: A second minimum is followed where its SSE is this near to the lowest, in squares of the brightest sample.

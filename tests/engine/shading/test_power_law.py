@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
@@ -83,6 +83,7 @@ def test_P1_exact_powers_are_recovered(exponent: float, scale: Any) -> None:
 
 
 @given(st.floats(0.0, 100.0), st.floats(1e-30, 1e30), st.sampled_from(SCALES))
+@example(10.5625, 1.0, "least-squares")
 def test_P1_any_exact_power_is_recovered(exponent: Any, scale: Any, mode: Any) -> None:
     k, found = fit_samples([scale * X**exponent], mode)
     assert abs(found[0] - exponent) <= 1e-10 * max(1.0, exponent)
