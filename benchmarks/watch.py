@@ -69,9 +69,9 @@ def watch(folder: Path, *, photographs: int | None = None) -> Steps[list[Accurac
     counts, largest = (COUNTS, LARGEST) if photographs is None else ((photographs,), photographs)
     found: dict[str, list[float]] = {name: [] for name in _SAID}
     yield Step(0.0, "making kernels ready")
-    place = _take(folder / "first", COUNTS[0], MEGAPIXELS)
+    place = _take(folder / "first", COUNTS[-1], MEGAPIXELS)  # of fewer, not all of a rig is estimated
     for name, settings in KINDS.items():
-        _wait_for(place, COUNTS[0], settings, folder / f"first-{name}")
+        _wait_for(place, COUNTS[-1], settings, folder / f"first-{name}")
     for at, count in enumerate(counts):
         yield Step(at / len(counts), f"{count} photographs of {MEGAPIXELS:g} megapixels")
         place = _take(folder / f"{count}", count, MEGAPIXELS)

@@ -1,7 +1,7 @@
 """Places of photographs that arrive, by which a motion of the camera is seen while a capture is being taken.
 
 Each photograph is aligned with the first one. Relief and highlights seem to move with the light, though, so that a
-motion counts only as far as photographs of the nearest lamps show it too: of the places that these tell, the least is
+motion counts only where photographs of the nearest lamps show one too: of the places that these tell, the middle one is
 taken. Those that seem to have moved are looked at again once a nearer lamp is there.
 
 Bound by the alignments: one for a photograph that lies where the first does, four for another, each some 30 ms.
@@ -39,15 +39,14 @@ class Places:
         """Add a photograph; `lamps` are unit vectors (3,) towards those that are known."""
         self._kept[mark] = kept
         self._places[mark] = self._find(mark, lamps)
-        changed = deque([mark])
+        changed, left = deque([mark]), [each for each in self._kept if each != mark and self._is_moved(each)]
         while changed:
             one = changed.popleft()
-            for other in self._kept:
-                if other == one or not self._is_moved(other) or one not in self._ask(other, lamps):
-                    continue
-                place = self._find(other, lamps)
-                if np.hypot(*place) < np.hypot(*self._places[other]) - NEARER_PX:
+            for other in [each for each in left if one in self._ask(each, lamps)]:
+                place, before = self._find(other, lamps), self._places[other]
+                if np.hypot(*(place - before)) >= NEARER_PX:
                     self._places[other] = place
+                    left.remove(other)  # each is looked at again once, as places depend on each other
                     changed.append(other)
 
     def forget(self, mark: Mark) -> None:
@@ -67,8 +66,8 @@ class Places:
         return float(np.hypot(*place)) >= MOVES_PX * reduction(kept.height, kept.width)
 
     def _find(self, mark: Mark, lamps: Mapping[Mark, Array]) -> Array:
-        """The least of the places that the first photograph and those of the nearest lamps tell, and of those that
-        agree with it that of the first."""
+        """The first place that is no motion of those that the first photograph and those of the nearest lamps tell, or
+        the one in their middle."""
         places: list[Array] = []
         for other in self._ask(mark, lamps):
             if (other, mark) not in self._shifts:
@@ -78,8 +77,10 @@ class Places:
             places.append(self._places[other] + shift)
             if not self._is_far(places[-1], self._kept[mark]):
                 return places[-1]
-        least = min(places, key=lambda place: float(np.hypot(*place)), default=np.zeros(2))
-        return next((place for place in places if not self._is_far(place - least, self._kept[mark])), least)
+        if not places:
+            return np.zeros(2)
+        apart = np.linalg.norm(np.array(places)[:, None] - places, axis=2)
+        return places[int(apart.sum(axis=1).argmin())]
 
     def _ask(self, mark: Mark, lamps: Mapping[Mark, Array]) -> list[Mark]:
         """The first photograph, and those of the nearest lamps, or the latest where these are not known."""
