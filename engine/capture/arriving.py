@@ -373,7 +373,7 @@ class _Follow:
         file.kept = self.decoded.keep(file.mark, photograph)
         file.shown = to_display8(file.kept.noted.thumbnail)
         self.order.append(path)
-        stated = self._stated([each for each in self.order if self.files[each].kept is not None])
+        stated = self._find_stated([each for each in self.order if self.files[each].kept is not None])
         lamps = {self.files[each].mark: _towards(direction) for each, direction in stated.items()}
         self._places.add(file.mark, file.kept, lamps)
         self._new.add(path)
@@ -424,9 +424,9 @@ class _Follow:
             self._look_at_sphere(outline, taken)
             spots = {path: file.spot for path, file, _ in taken if isinstance(file.spot, tuple)}
             return {path: spot for path, spot in spots.items() if not isinstance(spot, UsageError)}
-        return self._stated(paths)
+        return self._find_stated(paths)
 
-    def _stated(self, paths: list[Path]) -> dict[Path, Direction]:
+    def _find_stated(self, paths: list[Path]) -> dict[Path, Direction]:
         """The lights of photographs that a list or their names state."""
         stated = self._listed.match(paths) if self._listed is not None else from_names(paths)
         return {path: one for path, one in zip(paths, stated, strict=True) if one is not None}

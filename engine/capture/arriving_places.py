@@ -23,8 +23,8 @@ from engine.core.steps import drain
 Array = NDArray[np.float64]
 
 #: Pixels of the images that are compared from which on a photograph counts as moved, photographs of the nearest lamps
-#: that are asked besides the first one, and pixels by which a place is nearer if it is another.
-MOVES_PX, NEAREST, NEARER_PX = 2.0, 3, 0.5
+#: that are asked besides the first one, and pixels from which on a place is another one.
+MOVES_PX, NEAREST, OTHER_PX = 2.0, 3, 0.5
 
 
 class Places:
@@ -44,7 +44,7 @@ class Places:
             one = changed.popleft()
             for other in [each for each in left if one in self._ask(each, lamps)]:
                 place, before = self._find(other, lamps), self._places[other]
-                if np.hypot(*(place - before)) >= NEARER_PX:
+                if np.hypot(*(place - before)) >= OTHER_PX:
                     self._places[other] = place
                     left.remove(other)  # each is looked at again once, as places depend on each other
                     changed.append(other)
@@ -56,8 +56,8 @@ class Places:
         self._shifts = {pair: shift for pair, shift in self._shifts.items() if mark not in pair}
 
     def measure_px(self, mark: Mark) -> float:
-        """The distance of a photograph from the first one; 0 where their light is too unlike to say."""
-        return float(np.hypot(*self._places[mark]))
+        """The distance of a photograph from the first one; 0 where nothing tells of it."""
+        return float(np.hypot(*self._places.get(mark, (0.0, 0.0))))
 
     def _is_moved(self, mark: Mark) -> bool:
         return self._is_far(self._places[mark], self._kept[mark])

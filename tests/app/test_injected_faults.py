@@ -61,6 +61,7 @@ def test_a_rule_that_is_broken_is_told(faults: Faults, monkeypatch: pytest.Monke
 #: Outputs of options that no work writes, and why.
 NO_WORK = {
     "bench --record": "runs windows for minutes; not installed",
+    "bench --keep": "makes captures for an hour; not installed",
 }
 
 
