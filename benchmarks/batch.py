@@ -29,6 +29,7 @@ from app.batch.record import FOLDER_RECORD, Row, open_record
 from app.batch.run import REPORT_SHARE, Settings, make_batch
 from benchmarks.measure import Accuracy
 from engine.core.budget import thread_count
+from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps
 from engine.simulate.arc import LightArc
 from engine.simulate.simulate import simulate
@@ -124,12 +125,16 @@ def batch_captures(
     """The same of whole captures, of which a process is killed every minute.
 
     `runs` are captures for each process, of photographs of so many `megapixels`, the first of which counts. A run that
-    was ended goes on in the folder `keep`.
+    was ended goes on in the folder `keep`; UsageError where its photographs have another size.
     """
     folder = folder if keep is None else make_folder(keep)
     cores, size = thread_count(), round(1000.0 * math.sqrt(megapixels[0]))
     place = folder / "photographs"
-    if not place.is_dir():
+    if place.is_dir():
+        kept_px = json.loads((place / "truth" / "truth.json").read_bytes())["size_px"]
+        if kept_px != size:
+            raise UsageError(f"--keep {keep}: its photographs have {kept_px} px a side, and {size} are asked for")
+    else:
         yield from simulate(LightArc(elevation=tuple(map(math.radians, ELEVATIONS_DEG)), size=size), place)
     captures = [Capture(f"capture {at}", place) for at in range(runs * cores)]
     discard(folder / "one")

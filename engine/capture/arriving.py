@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.ahead import WrittenAhead
-from engine.capture.arriving_places import MOVES_PX, Places
+from engine.capture.arriving_positions import MOVES_PX, Positions
 from engine.capture.decoded import Decoded, Kept, Mark, mark_of
 from engine.capture.doubts import FEWEST
 from engine.capture.empty import empty
@@ -240,7 +240,7 @@ class _Follow:
     _sphere: Circle | None = None
     _shots: set[Path] = field(default_factory=set)
     _new: set[Path] = field(default_factory=set)
-    _places: Places = field(default_factory=Places)
+    _positions: Positions = field(default_factory=Positions)
     _judged: tuple[list[Path], dict[Path, Direction], Circle | None] | None = None
     _said: dict[Path, tuple[tuple[Finding, ...], bool]] = field(default_factory=dict)
 
@@ -355,7 +355,7 @@ class _Follow:
         if file.reading is not None:
             file.reading.close()
         self.decoded.forget(file.mark)
-        self._places.forget(file.mark)
+        self._positions.forget(file.mark)
         if path in self.order:
             self.order.remove(path)
 
@@ -375,7 +375,7 @@ class _Follow:
         self.order.append(path)
         stated = self._find_stated([each for each in self.order if self.files[each].kept is not None])
         lamps = {self.files[each].mark: _towards(direction) for each, direction in stated.items()}
-        self._places.add(file.mark, file.kept, lamps)
+        self._positions.add(file.mark, file.kept, lamps)
         self._new.add(path)
         return True
 
@@ -399,7 +399,7 @@ class _Follow:
         directions = self._directions(paths, taken)
         judged = paths, directions, self._sphere
         if self._new or judged != self._judged:  # it takes a tenth of a second, also where a file has just appeared
-            all_said = _judge_all(taken, directions, self._places, self._sphere is not None)
+            all_said = _judge_all(taken, directions, self._positions, self._sphere is not None)
             self._judged, self._said = judged, dict(zip(paths, all_said, strict=True))
         shown = [
             Arrived(path, file.shown, directions.get(path), *self._said[path])
@@ -474,7 +474,7 @@ def _towards(direction: Direction) -> NDArray[np.float64]:
 
 
 def _judge_all(
-    taken: Sequence[_Taken], directions: Mapping[Path, Direction], places: Places, sees_sphere: bool
+    taken: Sequence[_Taken], directions: Mapping[Path, Direction], positions: Positions, sees_sphere: bool
 ) -> Iterator[tuple[tuple[Finding, ...], bool]]:
     """The findings on each photograph beside the others, and whether it is another image than those before it."""
     names = [printable(path) for path, _, _ in taken]
@@ -503,7 +503,7 @@ def _judge_all(
         twin = first.setdefault(image.tobytes(), name) if image.min() < image.max() else name
         if twin != name:
             said.append(Finding(Verdict.BAD, f"is the same image as {twin}: leave one of them out", name))
-        moved_px = places.measure_px(file.mark)
+        moved_px = positions.measure_px(file.mark)
         compared_px = moved_px / reduction(one.height, one.width)
         if compared_px >= MOVED_PX:
             text = f"is shifted by {number(moved_px)} px against the first photograph"

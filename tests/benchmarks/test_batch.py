@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from app.batch.run import REPORT_SHARE
-from benchmarks.batch import _captures, _kill, simulate_schedule
+from benchmarks.batch import _captures, _kill, batch_captures, simulate_schedule
+from engine.core.errors import UsageError
 from engine.core.steps import drain
 
 
@@ -34,3 +35,10 @@ def test_a_run_that_was_ended_goes_on_and_counts_each_capture_once(tmp_path: Pat
     seen = drain(_kill(tmp_path, captures, 2, "wait", 1e9, 1))
     assert (seen.lost, seen.doubled, seen.killed) == (0, 0, 0)
     assert 3.0 <= seen.made_s < 6.0
+
+
+def test_a_run_does_not_go_on_with_photographs_of_another_size(tmp_path: Path) -> None:
+    (tmp_path / "photographs" / "truth").mkdir(parents=True)
+    (tmp_path / "photographs" / "truth" / "truth.json").write_text('{"size_px": 224}')
+    with pytest.raises(UsageError, match="have 224 px a side, and 1000 are asked for"):
+        drain(batch_captures(tmp_path / "session", (1.0,), keep=tmp_path))

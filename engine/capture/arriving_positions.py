@@ -1,10 +1,11 @@
-"""Places of photographs that arrive, by which a motion of the camera is seen while a capture is being taken.
+"""Positions of photographs that arrive, by which a motion of the camera is seen while a capture is being taken.
 
 Each photograph is aligned with the first one. Relief and highlights seem to move with the light, though, so that a
-motion counts only where photographs of the nearest lamps show one too: of the places that these tell, the middle one is
-taken. Those that seem to have moved are looked at again once a nearer lamp is there.
+motion counts only where photographs of the nearest lamps show one too: of the positions that these tell, the middle one
+is taken. Photographs that seem to have moved are looked at again once one of a nearer lamp is there.
 
-Bound by the alignments: one for a photograph that lies where the first does, four for another, each some 30 ms.
+Bound by the alignments, each some 30 ms: one for a photograph that lies where the first does, four for another, and one
+for each that seems to have moved and has the new photograph among those of its nearest lamps.
 """
 
 from __future__ import annotations
@@ -23,64 +24,64 @@ from engine.core.steps import drain
 Array = NDArray[np.float64]
 
 #: Pixels of the images that are compared from which on a photograph counts as moved, photographs of the nearest lamps
-#: that are asked besides the first one, and pixels from which on a place is another one.
+#: that are asked besides the first one, and pixels from which on a position is another one.
 MOVES_PX, NEAREST, OTHER_PX = 2.0, 3, 0.5
 
 
-class Places:
+class Positions:
     """By how many pixels photographs lie right of the first one and below it; a photograph is known by its `Mark`."""
 
     def __init__(self) -> None:
         self._kept: dict[Mark, Kept] = {}
-        self._places: dict[Mark, Array] = {}
+        self._positions: dict[Mark, Array] = {}
         self._shifts: dict[tuple[Mark, Mark], Array | None] = {}
 
     def add(self, mark: Mark, kept: Kept, lamps: Mapping[Mark, Array]) -> None:
         """Add a photograph; `lamps` are unit vectors (3,) towards those that are known."""
         self._kept[mark] = kept
-        self._places[mark] = self._find(mark, lamps)
+        self._positions[mark] = self._find(mark, lamps)
         changed, left = deque([mark]), [each for each in self._kept if each != mark and self._is_moved(each)]
         while changed:
             one = changed.popleft()
             for other in [each for each in left if one in self._ask(each, lamps)]:
-                place, before = self._find(other, lamps), self._places[other]
-                if np.hypot(*(place - before)) >= OTHER_PX:
-                    self._places[other] = place
-                    left.remove(other)  # each is looked at again once, as places depend on each other
+                position, before = self._find(other, lamps), self._positions[other]
+                if np.hypot(*(position - before)) >= OTHER_PX:
+                    self._positions[other] = position
+                    left.remove(other)  # each is looked at again once, as positions depend on each other
                     changed.append(other)
 
     def forget(self, mark: Mark) -> None:
         """Forget a photograph, whether it was added or not."""
         self._kept.pop(mark, None)
-        self._places.pop(mark, None)
+        self._positions.pop(mark, None)
         self._shifts = {pair: shift for pair, shift in self._shifts.items() if mark not in pair}
 
     def measure_px(self, mark: Mark) -> float:
         """The distance of a photograph from the first one; 0 where nothing tells of it."""
-        return float(np.hypot(*self._places.get(mark, (0.0, 0.0))))
+        return float(np.hypot(*self._positions.get(mark, (0.0, 0.0))))
 
     def _is_moved(self, mark: Mark) -> bool:
-        return self._is_far(self._places[mark], self._kept[mark])
+        return self._is_far(self._positions[mark], self._kept[mark])
 
-    def _is_far(self, place: Array, kept: Kept) -> bool:
-        return float(np.hypot(*place)) >= MOVES_PX * reduction(kept.height, kept.width)
+    def _is_far(self, position: Array, kept: Kept) -> bool:
+        return float(np.hypot(*position)) >= MOVES_PX * reduction(kept.height, kept.width)
 
     def _find(self, mark: Mark, lamps: Mapping[Mark, Array]) -> Array:
-        """The first place that is no motion of those that the first photograph and those of the nearest lamps tell, or
-        the one in their middle."""
-        places: list[Array] = []
+        """The position (2,) that the first photograph and those of the nearest lamps tell: the first that is no motion,
+        else the middle one."""
+        positions: list[Array] = []
         for other in self._ask(mark, lamps):
             if (other, mark) not in self._shifts:
                 self._shifts[other, mark] = find_shift(self._kept[other], self._kept[mark])
             if (shift := self._shifts[other, mark]) is None:
                 continue
-            places.append(self._places[other] + shift)
-            if not self._is_far(places[-1], self._kept[mark]):
-                return places[-1]
-        if not places:
+            positions.append(self._positions[other] + shift)
+            if not self._is_far(positions[-1], self._kept[mark]):
+                return positions[-1]
+        if not positions:
             return np.zeros(2)
-        apart = np.linalg.norm(np.array(places)[:, None] - places, axis=2)
-        return places[int(apart.sum(axis=1).argmin())]
+        apart = np.linalg.norm(np.array(positions)[:, None] - positions, axis=2)
+        return positions[int(apart.sum(axis=1).argmin())]
 
     def _ask(self, mark: Mark, lamps: Mapping[Mark, Array]) -> list[Mark]:
         """The first photograph, and those of the nearest lamps, or the latest where these are not known."""
