@@ -49,7 +49,6 @@ from engine.core.budget import free_bytes
 from engine.core.colour import to_display8
 from engine.core.directions import surface_direction
 from engine.core.errors import InputError, UsageError
-from engine.core.figure_text import number
 from engine.core.health import Finding, Verdict
 from engine.core.steps import Step, Steps
 
@@ -355,7 +354,6 @@ class _Follow:
         if file.reading is not None:
             file.reading.close()
         self.decoded.forget(file.mark)
-        self._positions.forget(file.mark)
         if path in self.order:
             self.order.remove(path)
 
@@ -373,9 +371,6 @@ class _Follow:
         file.kept = self.decoded.keep(file.mark, photograph)
         file.shown = to_display8(file.kept.noted.thumbnail)
         self.order.append(path)
-        stated = self._find_stated([each for each in self.order if self.files[each].kept is not None])
-        lamps = {self.files[each].mark: _towards(direction) for each, direction in stated.items()}
-        self._positions.add(file.mark, file.kept, lamps)
         self._new.add(path)
         return True
 
@@ -399,6 +394,8 @@ class _Follow:
         directions = self._directions(paths, taken)
         judged = paths, directions, self._sphere
         if self._new or judged != self._judged:  # it takes a tenth of a second, also where a file has just appeared
+            lamps = {self.files[path].mark: _towards(direction) for path, direction in directions.items()}
+            self._positions.follow({file.mark: kept for _, file, kept in taken}, lamps)
             all_said = _judge_all(taken, directions, self._positions, self._sphere is not None)
             self._judged, self._said = judged, dict(zip(paths, all_said, strict=True))
         shown = [
@@ -503,13 +500,11 @@ def _judge_all(
         twin = first.setdefault(image.tobytes(), name) if image.min() < image.max() else name
         if twin != name:
             said.append(Finding(Verdict.BAD, f"is the same image as {twin}: leave one of them out", name))
-        moved_px = positions.measure_px(file.mark)
-        compared_px = moved_px / reduction(one.height, one.width)
+        compared_px = positions.measure_px(file.mark) / reduction(one.height, one.width)
         if compared_px >= MOVED_PX:
-            text = f"is shifted by {number(moved_px)} px against the first photograph"
-            said.append(Finding(Verdict.WARNING, text, name))
+            said.append(Finding(Verdict.WARNING, "is shifted against the first photograph", name))
         elif compared_px >= MOVES_PX:
-            text = f"seems shifted by {number(moved_px)} px against the first photograph, as other light can imitate"
+            text = "seems shifted against the first photograph, as other light can imitate"
             said.append(Finding(Verdict.NOTE, text, name))
         if sees_sphere and isinstance(file.spot, UsageError):
             said.append(Finding(Verdict.WARNING, f"shows no lamp on the mirror sphere: {file.spot}", name))

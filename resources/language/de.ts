@@ -11552,12 +11552,12 @@ Elevation %2°, Azimut %3°</translation>
    <translation>ist dasselbe Bild wie %1: eines davon ausschließen</translation>
   </message>
   <message>
-   <source>is shifted by %1 px against the first photograph</source>
-   <translation>ist um %1 px gegen das erste Foto verschoben</translation>
+   <source>is shifted against the first photograph</source>
+   <translation>ist gegen das erste Foto verschoben</translation>
   </message>
   <message>
-   <source>seems shifted by %1 px against the first photograph, as other light can imitate</source>
-   <translation>scheint um %1 px gegen das erste Foto verschoben, was anderes Licht vortäuschen kann</translation>
+   <source>seems shifted against the first photograph, as other light can imitate</source>
+   <translation>scheint gegen das erste Foto verschoben, was anderes Licht vortäuschen kann</translation>
   </message>
   <message>
    <source>shows no lamp on the mirror sphere: %1</source>

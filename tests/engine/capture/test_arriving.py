@@ -132,7 +132,7 @@ def test_photographs_are_judged_beside_those_that_are_there(tmp_path: Path, deco
         "blurred": (1, lambda image: cv2.GaussianBlur(image, (0, 0), 3.0)),
         "is black": (2, lambda image: image // 400),
         "same image": (3, lambda _: images[0]),
-        "is shifted by 10 px": (4, lambda image: np.roll(images[0], (6, 8), (0, 1)) + np.uint16(9)),
+        "is shifted against": (4, lambda image: np.roll(images[0], (6, 8), (0, 1)) + np.uint16(9)),
         "clipped": (5, lambda image: np.where(image > np.median(image), np.uint16(65535), image)),
     }
     for at, change in changed.values():
@@ -176,5 +176,44 @@ def test_highlights_that_move_with_the_lamp_are_no_motion(
 ) -> None:
     names = draw_button(tmp_path / "taken", 24, moved)
     found = Camera(tmp_path / "taken", settle=lambda seen: len(seen.photographs) == len(names)).run(decoded)
-    said = {one.path.name for one in found.photographs if any("is shifted" in each.text for each in one.findings)}
-    assert said == {names[at] for at in moved}
+    assert tell_shifted(found) == {names[at] for at in moved}
+
+
+def test_a_list_that_comes_after_its_photographs_tells_highlights_from_motions(
+    tmp_path: Path, decoded: Decoded
+) -> None:
+    names = draw_button(tmp_path / "taken", 24, (19,))
+    listed = tmp_path / "taken" / "lights.lp"
+    lines = listed.read_text()
+    listed.unlink()
+
+    def settle(seen: Capture) -> bool:
+        if len(seen.photographs) == len(names) and not listed.exists():
+            listed.write_text(lines)
+        return len(seen.listed) == len(names)
+
+    camera = Camera(tmp_path / "taken", settle=settle)
+    found = camera.run(decoded)
+    unlit = next(seen for seen in camera.seen if len(seen.photographs) == len(names))
+    assert tell_shifted(unlit) != {names[19]}  # else the list had nothing to correct
+    assert tell_shifted(found) == {names[19]}
+
+
+def test_photographs_are_compared_with_the_first_one_that_is_left(tmp_path: Path, decoded: Decoded) -> None:
+    names = draw_button(tmp_path / "taken", 12, (0,))
+    first = tmp_path / "taken" / names[0]
+
+    def settle(seen: Capture) -> bool:
+        if len(seen.photographs) == len(names):
+            first.unlink(missing_ok=True)
+        return not first.exists() and len(seen.photographs) == len(names) - 1
+
+    camera = Camera(tmp_path / "taken", settle=settle)
+    found = camera.run(decoded, expect=len(names) + 1)
+    assert tell_shifted(next(seen for seen in camera.seen if len(seen.photographs) == len(names)))
+    assert tell_shifted(found) == set()
+
+
+def tell_shifted(capture: Capture) -> set[str]:
+    """The names of the photographs that are said to be shifted."""
+    return {one.path.name for one in capture.photographs if any("is shifted" in each.text for each in one.findings)}
