@@ -9,7 +9,7 @@ that the disk needs for the bytes of the largest stack, by a file of two gigabyt
 
 Codes of all photographs but the last one are written before it is there, and the terms of a rig that is estimated are
 applied whenever they are read, so that what is left is one reading of the codes for the report: 3 bytes a pixel, 4.6 GB
-of the largest capture.
+of the largest capture; in a lit room one more, for the light that is taken off.
 """
 
 from __future__ import annotations
@@ -43,8 +43,13 @@ COUNTS, LARGEST, MEGAPIXELS = (4, 8, 12), 64, 24.0
 #: Bytes of a pixel in a stack of photographs of 8 bits.
 PIXEL_BYTES = 3
 
-#: Imports that are measured, and the seconds that a user may wait for the largest one, and for its last verdict.
-KINDS = {"direct": ImportSettings(calibrate="none"), "calibrated": ImportSettings()}
+#: Imports that are measured, each with the room light over that by a lamp, and the seconds that a user may wait for the
+#: largest one, and for its last verdict.
+KINDS = {
+    "direct": (ImportSettings(calibrate="none"), 0.0),
+    "calibrated": (ImportSettings(), 0.0),
+    "lit": (ImportSettings(), 0.15),
+}
 LIMIT_S, VERDICT_LIMIT_S = 10.0, 2.0
 
 #: What is measured, and its limit.
@@ -53,6 +58,8 @@ _SAID = {
     "direct": ("the material of a known rig after the last photograph", LIMIT_S),
     "calibrated-stack": ("the stack of a rig that is estimated after the last photograph", None),
     "calibrated": ("the material of a rig that is estimated after the last photograph", LIMIT_S),
+    "lit-stack": ("the stack of a rig in a lit room after the last photograph", None),
+    "lit": ("the material of a rig in a lit room after the last photograph", LIMIT_S),
     "verdict": ("the verdict on the last photograph", VERDICT_LIMIT_S),
     "again": ("a stack that is decoded anew", None),
 }
@@ -69,24 +76,25 @@ def watch(folder: Path, *, photographs: int | None = None) -> Steps[list[Accurac
     counts, largest = (COUNTS, LARGEST) if photographs is None else ((photographs,), photographs)
     found: dict[str, list[float]] = {name: [] for name in _SAID}
     yield Step(0.0, "making kernels ready")
-    place = _take(folder / "first", COUNTS[-1], MEGAPIXELS)  # of fewer, not all of a rig is estimated
-    for name, settings in KINDS.items():
+    for name, (settings, room) in KINDS.items():
+        place = _take(folder / "first", COUNTS[-1], room)  # of fewer, not all of a rig is estimated
         _wait_for(place, COUNTS[-1], settings, folder / f"first-{name}")
+        discard(place)
     for at, count in enumerate(counts):
         yield Step(at / len(counts), f"{count} photographs of {MEGAPIXELS:g} megapixels")
-        place = _take(folder / f"{count}", count, MEGAPIXELS)
-        for name, settings in KINDS.items():
-            target = folder / f"stack-{name}"
+        for name, (settings, room) in KINDS.items():
+            place, target = _take(folder / f"{count}", count, room), folder / f"stack-{name}"
             verdict_s, stack_s = _wait_for(place, count, settings, target)
             found["verdict"].append(verdict_s)
             found[f"{name}-stack"].append(stack_s)
             found[name].append(stack_s + _make_material(target))
             discard(target)
-        begun_s = time.perf_counter()
-        drain(import_stack(find([place]), KINDS["calibrated"], folder / "again"))
-        found["again"].append(time.perf_counter() - begun_s)
-        discard(folder / "again")
-        discard(place)
+            if name == "calibrated":
+                begun_s = time.perf_counter()
+                drain(import_stack(find([place]), settings, folder / "again"))
+                found["again"].append(time.perf_counter() - begun_s)
+                discard(folder / "again")
+            discard(place)
     results = []
     for name, (said, limit_s) in _SAID.items():
         text = f"seconds until {said} of {largest} photographs of {MEGAPIXELS:g} megapixels"
@@ -103,10 +111,11 @@ def watch(folder: Path, *, photographs: int | None = None) -> Steps[list[Accurac
     return [*results, Accuracy("watch-disk", stack_gb * _flush_gigabyte(folder), text, None)]
 
 
-def _take(place: Path, count: int, megapixels: float) -> Path:
-    """The photographs of a dome, and the list of its lights, as if they had been there for long."""
+def _take(place: Path, count: int, room: float) -> Path:
+    """The photographs of a dome, and the list of its lights, as if they had been there for long; with so much `room`
+    light from above over that by a lamp."""
     make_folder(place)
-    height = round(math.sqrt(megapixels * 1e6 / 1.5))
+    height = round(math.sqrt(MEGAPIXELS * 1e6 / 1.5))
     width = round(1.5 * height)
     random = np.random.default_rng(1)
     surface = cv2.resize(random.random((height // 6 + 1, width // 6 + 1), np.float32), (width, height))
@@ -115,7 +124,7 @@ def _take(place: Path, count: int, megapixels: float) -> Path:
     for at in range(count):
         elevation, azimuth = math.radians(25.0 + 25.0 * (at % 3)), 2.0 * math.pi * at / count
         x, y, z = math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth), math.sin(elevation)
-        shaded = np.clip(z - 0.2 * (x * slopes[0] - y * slopes[1]), 0.0, None) * (0.3 + 0.5 * surface)
+        shaded = (np.clip(z - 0.2 * (x * slopes[0] - y * slopes[1]), 0.0, None) + room) * (0.3 + 0.5 * surface)
         grey = (255.0 * np.clip(shaded, 0.0, 1.0) ** (1.0 / 2.2)).astype(np.uint8)
         codes = np.repeat(grey[..., None], 3, axis=2)
         write_bytes(place / f"{at:03}.jpg", cv2.imencode(".jpg", codes)[1].tobytes())

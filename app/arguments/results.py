@@ -218,7 +218,7 @@ TABLE = Kind("a table", (".binary", ".exr"), is_earlier=_is_table)
 FIT = Kind("a fit", (".json",), is_earlier=lambda path: _holds(path, b'"rmse_log', 1 << 20))
 BUNDLE = Kind("a bundle", (".lightarc",), is_earlier=_is_bundle)
 BUNDLE_FOLDER = Kind("a bundle", is_earlier=_is_bundle, members=("*",))  # whose reader knows all members
-STACK = _folder("a stack", "stack.json", "codes.npy", "radiance.npy", "saturated.npy", "diffuse.npy")
+STACK = _folder("a stack", "stack.json", "codes.npy", "room.npy", "radiance.npy", "saturated.npy", "diffuse.npy")
 CAPTURE = _folder(
     "a simulated capture",
     "truth/truth.json",

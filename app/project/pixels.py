@@ -16,7 +16,7 @@ from typing import BinaryIO
 
 from app.project.values import MAX_HEADER, name_of
 from app.session import cache
-from engine.capture.stack import CODES, DIFFUSE, RADIANCE, RECORD, SATURATED, ImageStack, open_stack, read_record
+from engine.capture.stack import CODES, DIFFUSE, RADIANCE, RECORD, ROOM, SATURATED, ImageStack, open_stack, read_record
 from engine.capture.stack_record import StackRecord
 from engine.core.errors import FileError, InputError, UnreadableError
 from engine.core.steps import Step, Steps
@@ -30,9 +30,9 @@ log = logging.getLogger(__name__)
 #: Ending of compressed pixels.
 PACKED = ".packed"
 
-#: Files of pixels: codes, or the others, of which the first is there only for pairs under polarisers, and is written
-#: before those.
-FILES = (CODES, DIFFUSE, RADIANCE, SATURATED)
+#: Files of pixels: codes, before which room light is written where it is taken off, or the others, of which the first
+#: is there only for pairs under polarisers, and is written before those.
+FILES = (ROOM, CODES, DIFFUSE, RADIANCE, SATURATED)
 
 #: Files of which all are there where pixels are.
 _WHOLE = ((CODES,), (RADIANCE, SATURATED))

@@ -3,14 +3,15 @@
     radiance = max(light * factor * stated fall-off - room light, 0) * found fall-off * gain
 
 in this order and in single precision, where light is the entry of a table at the code, or of RAW files what
-`engine.capture.photograph.bayer` makes of the samples around the pixel. These are the operations of
-`engine.images.codes`, `engine.capture.photograph.calibration` and `engine.capture.calibration.correction`: what is read
-has the bits of a stack whose radiance was written. Codes are a half of radiance and saturation or less, so that large
-stacks stay in the memory that the system keeps of files, and what was found of a rig changes no bytes on the disk.
+`engine.capture.photograph.bayer` makes of the samples around the pixel, and room light is that of a file beside the
+codes. These are the operations of `engine.images.codes`, `engine.capture.photograph.calibration` and
+`engine.capture.calibration.correction`: what is read has the bits of a stack whose radiance was written. Codes are a
+half of radiance and saturation or less, so that large stacks stay in the memory that the system keeps of files, and
+what was found of a rig changes no bytes of theirs.
 
 Cost: bound by the lookups and by the memory that is filled, 2 ns a pixel and thread of 8 bits and 3 of 16, with a near
-lamp 2 more, and 1 for saturation; of mosaics by arithmetic, 6 ns. More than two megapixels at once are decoded on
-all cores.
+lamp 2 more, with room light as much, and 1 for saturation; of mosaics by arithmetic, 6 ns. More than two megapixels at
+once are decoded on all cores.
 """
 
 from __future__ import annotations
@@ -42,6 +43,9 @@ if TYPE_CHECKING:
 _PART_PIXELS, FEW_PIXELS = 1 << 18, 1 << 21
 
 _Codes = NDArray[np.unsignedinteger]
+
+#: Radiance (rows, W, 3) by room light.
+Room = NDArray[np.float32]
 
 #: What a tally adds: sums by rows, numbers of clipped and of black pixels, and its grid.
 Counted = tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float32]]
@@ -140,8 +144,16 @@ def find_margin(curve: Curve | Sensor) -> int:
     return MARGIN if isinstance(curve, Sensor) else 0
 
 
-def decode_rows(codes: _Codes, first: int, decoding: Decoding, window: Window, into: NDArray[np.float32]) -> None:
-    """Fill `into` (rows, W, 3) with the radiance of `codes` (rows, W, 1 or 3), from row `first` of the window on.
+def decode_rows(
+    codes: _Codes,
+    first: int,
+    decoding: Decoding,
+    window: Window,
+    into: NDArray[np.float32],
+    room: Room | None = None,
+) -> None:
+    """Fill `into` (rows, W, 3) with the radiance of `codes` (rows, W, 1 or 3), from row `first` of the window on, less
+    that of `room` light in these rows.
 
     Codes of a sensor are those of the rows and columns around as well, as far as photographs have them.
     """
@@ -154,7 +166,7 @@ def decode_rows(codes: _Codes, first: int, decoding: Decoding, window: Window, i
             angles = lamp.elevation, lamp.azimuth
             across, along = lamp_distances(window.height, window.width, lamp.distance, *angles, rows)
             near[place] = across[columns], along
-    lamps = *near[0], *near[1], np.float32(decoding.gain)
+    lamps = *near[0], _require_room(room), *near[1], np.float32(decoding.gain)
     factors = np.array(decoding.factors, np.float32)
     if isinstance(curve, Sensor):
         _develop(codes, first, curve, window, into, np.empty(into.shape[:2], np.bool_))
@@ -165,22 +177,35 @@ def decode_rows(codes: _Codes, first: int, decoding: Decoding, window: Window, i
 
 
 def count_rows(
-    codes: _Codes, first: int, size: tuple[int, int], decoding: Decoding, window: Window, step: int
+    codes: _Codes,
+    first: int,
+    size: tuple[int, int],
+    decoding: Decoding,
+    window: Window,
+    step: int,
+    room: Room | None = None,
 ) -> Counted:
     """Count for `Tally.join` the radiance of `codes`, as `decode_rows`, of a part of this height and width.
 
-    `step` is that of the tally. Where a code tells the radiance by itself, no radiance is written: 2 ns a pixel.
+    `step` is that of the tally. Where a code tells the light by itself, no radiance is written: 2 ns a pixel, with
+    `room` light 3.
     """
-    tables = _tabulate(decoding)
+    gain = np.float32(1.0 if room is None else decoding.gain)
+    tables = _tabulate(decoding if room is None else replace(decoding, gain=1.0))
     if tables is None:
         tally = Tally(step)
-        tally.add(*radiance_of(codes, first, size, decoding, window), first)
+        tally.add(*radiance_of(codes, first, size, decoding, window, room), first)
         return tally.rows[0], np.array([[tally.clipped, tally.black]]), tally.grid[0]
     assert isinstance(decoding.curve, Curve)
     sums, counts = np.empty((len(codes), 3)), np.empty((len(codes), 2), np.int64)
-    _count_plain(_plain(codes), tables, decoding.curve.white, LUMINANCE32, np.float32(BLACK), sums, counts)
-    some = codes[-first % step :: step, ::step]
-    return sums, counts, np.stack([tables[each, some[..., min(each, some.shape[2] - 1)]] for each in range(3)], axis=-1)
+    darker, kinds = _require_room(room), (decoding.curve.white, LUMINANCE32, np.float32(BLACK))
+    _count_plain(_plain(codes), tables, darker, gain, *kinds, sums, counts)
+    thinned = np.s_[-first % step :: step, ::step]
+    some = codes[thinned]
+    grid = np.stack([tables[each, some[..., min(each, some.shape[2] - 1)]] for each in range(3)], axis=-1)
+    if room is not None:
+        grid = np.maximum(grid - room[thinned], np.float32(0.0)) * gain
+    return sums, counts, grid
 
 
 def count_by_codes(counts: CodeCounts, decoding: Decoding) -> Tally | None:
@@ -242,9 +267,14 @@ def _plain(codes: _Codes) -> _Codes:
     return np.require(codes, requirements=["C", "W"])
 
 
+def _require_room(room: Room | None) -> Room:
+    """Room light as kernels are compiled for it, without rows where there is none."""
+    return np.empty((0, 0, 3), np.float32) if room is None else np.require(room, requirements=["C", "W"])
+
+
 @scalar
 def _take_off(across: np.ndarray, along: float, gain: np.float32, scale: np.ndarray, radiance: np.ndarray) -> None:
-    """Take the fall-off of a near lamp off a row (W, 3), times `gain`; `scale` (W,) is room. Bound by square roots."""
+    """Take the fall-off of a near lamp off a row (W, 3), times `gain`; `scale` (W,) is memory. Bound by roots."""
     for column in range(len(scale)):
         squared = across[column] + along
         scale[column] = squared * np.sqrt(squared)
@@ -261,6 +291,7 @@ def _decode(
     factors: np.ndarray,
     stated_across: np.ndarray,
     stated_along: np.ndarray,
+    room: np.ndarray,
     found_across: np.ndarray,
     found_along: np.ndarray,
     gain: np.float32,
@@ -282,7 +313,7 @@ def _decode(
             radiance[row, column, 0] = r * factors[0]
             radiance[row, column, 1] = g * factors[1]
             radiance[row, column, 2] = b * factors[2]
-        _take_lamps_off(row, stated_across, stated_along, found_across, found_along, gain, scale, radiance[row])
+        _take_lights_off(row, stated_across, stated_along, room, found_across, found_along, gain, scale, radiance[row])
 
 
 @scalar
@@ -290,6 +321,7 @@ def _correct(
     factors: np.ndarray,
     stated_across: np.ndarray,
     stated_along: np.ndarray,
+    room: np.ndarray,
     found_across: np.ndarray,
     found_along: np.ndarray,
     gain: np.float32,
@@ -304,23 +336,28 @@ def _correct(
             for column in range(width):
                 for channel in range(3):
                     radiance[row, column, channel] *= factors[channel]
-        _take_lamps_off(row, stated_across, stated_along, found_across, found_along, gain, scale, radiance[row])
+        _take_lights_off(row, stated_across, stated_along, room, found_across, found_along, gain, scale, radiance[row])
 
 
 @scalar
-def _take_lamps_off(
+def _take_lights_off(
     row: int,
     stated_across: np.ndarray,
     stated_along: np.ndarray,
+    room: np.ndarray,
     found_across: np.ndarray,
     found_along: np.ndarray,
     gain: np.float32,
     scale: np.ndarray,
     radiance: np.ndarray,
 ) -> None:
-    """Take what is known of the lamp off a row (W, 3); `scale` (W,) is room."""
+    """Take what is known of the lamp and the `room` light off a row (W, 3); `scale` (W,) is memory."""
     if len(stated_along) > 0:
         _take_off(stated_across, stated_along[row], np.float32(1.0), scale, radiance)
+    if len(room) > 0:
+        for column in range(len(scale)):
+            for channel in range(3):
+                radiance[column, channel] = max(radiance[column, channel] - room[row, column, channel], np.float32(0.0))
     if len(found_along) > 0:
         _take_off(found_across, found_along[row], gain, scale, radiance)
     elif gain != 1.0:
@@ -343,13 +380,16 @@ def _find_full(codes: np.ndarray, white: np.unsignedinteger, saturated: np.ndarr
 def _count_plain(
     codes: np.ndarray,
     tables: np.ndarray,
+    room: np.ndarray,
+    gain: np.float32,
     white: int,
     weights: np.ndarray,
     black: np.float32,
     sums: np.ndarray,
     counts: np.ndarray,
 ) -> None:
-    """Count the radiance that `tables` (3, E) have as `Tally.add` does; bound by the lookups and the sums, in order."""
+    """Count what `tables` (3, E) have, less `room` light and times `gain` where there is such, as `Tally.add` does.
+    Bound by the lookups and the sums, in order."""
     second, third = min(1, codes.shape[2] - 1), codes.shape[2] - 1
     for row in range(codes.shape[0]):
         in_red, in_green, in_blue = 0.0, 0.0, 0.0
@@ -357,6 +397,10 @@ def _count_plain(
         for column in range(codes.shape[1]):
             red, green, blue = codes[row, column, 0], codes[row, column, second], codes[row, column, third]
             r, g, b = tables[0, red], tables[1, green], tables[2, blue]
+            if len(room) > 0:
+                r = max(r - room[row, column, 0], np.float32(0.0)) * gain
+                g = max(g - room[row, column, 1], np.float32(0.0)) * gain
+                b = max(b - room[row, column, 2], np.float32(0.0)) * gain
             in_red += r
             in_green += g
             in_blue += b
@@ -373,19 +417,20 @@ class CodedArray(FileArray):
     Attributes
     ----------
     codes : (N, H, W, 1 or 3), with the margin of the decodings around. decodings : of the N photographs.
-    window : the part of photographs that the array shows.
+    window : the part of photographs that the array shows. room : (1, H, W, 3) light that is taken off, None for none.
     """
 
     codes: FileArray | None = None
     decodings: tuple[Decoding, ...] = ()
     window: Window = Window(0, 0)
+    room: FileArray | None = None
 
     @property
     def is_there(self) -> bool:
-        return self.codes is not None and self.codes.is_there
+        return self.codes is not None and self.codes.is_there and (self.room is None or self.room.is_there)
 
-    def decode(self, codes: _Codes, plane: int, first: int, into: NDArray[Any]) -> None:
-        """Fill `into` of codes that begin at a row of a plane."""
+    def decode(self, codes: _Codes, plane: int, first: int, into: NDArray[Any], room: Room | None) -> None:
+        """Fill `into` of codes that begin at a row of a plane, and of room light from there on."""
         raise NotImplementedError
 
     def fill(self, pieces: Sequence[Piece]) -> None:
@@ -402,20 +447,25 @@ class CodedArray(FileArray):
         top = self.window.find_rows(0, height, margin)[0]
         many = sum(len(into) for _, _, into in parts) * width > FEW_PIXELS and thread_count() > 1
         running: deque[Future[None]] = deque()
+        rows_of_room, room = (-1, -1), None  # photographs have the same, so that what was read last mostly fits
         with ExitStack() as held:
             read = held.enter_context(self.codes.reader())
+            read_room = None if self.room is None else held.enter_context(self.room.reader())
             threads = ThreadPoolExecutor(thread_count(), thread_name_prefix="decoding") if many else None
             pool = held.enter_context(threads) if threads is not None else None
             for plane, first, into in parts:
                 begin, end = self.window.find_rows(first, first + len(into), margin)
                 codes = np.empty((end - begin, *self.codes.shape[2:]), self.codes.dtype)
                 read(codes, plane * self.codes.shape[1] + begin - top)
+                if read_room is not None and rows_of_room != (first, len(into)):
+                    rows_of_room, room = (first, len(into)), np.empty((len(into), width, 3), np.float32)
+                    read_room(room, first)
                 if pool is None:
-                    self.decode(codes, plane, first, into)
+                    self.decode(codes, plane, first, into, room)
                     continue
                 if len(running) > thread_count():
                     running.popleft().result()
-                running.append(pool.submit(self.decode, codes, plane, first, into))
+                running.append(pool.submit(self.decode, codes, plane, first, into, room))
             for each in running:
                 each.result()
 
@@ -434,18 +484,20 @@ class CodedRadiance(CodedArray):
         if not isinstance(planes, int | np.integer) or not isinstance(rows, slice) or rows.step in (None, 1):
             return None
         assert self.codes is not None
-        tables = _tabulate(self.decodings[int(planes)])
+        tables = _tabulate(self.decodings[int(planes)]) if self.room is None else None
         if tables is None:
             return None
         codes = self.codes[planes, rows, columns]
         return np.stack([tables[each, codes[..., min(each, codes.shape[-1] - 1)]] for each in range(3)], axis=-1)
 
-    def decode(self, codes: _Codes, plane: int, first: int, into: NDArray[Any]) -> None:
-        decode_rows(codes, first, self.decodings[plane], self.window, into)
+    def decode(self, codes: _Codes, plane: int, first: int, into: NDArray[Any], room: Room | None) -> None:
+        decode_rows(codes, first, self.decodings[plane], self.window, into, room)
 
     def tabulate(self, planes: NDArray[np.int64]) -> NDArray[np.float32] | None:
         """(M, 256, 3) radiance by codes of 8 bits in these planes; None where that of a pixel does not follow from the
-        code of each channel alone, as under a near lamp."""
+        code of each channel alone, as under a near lamp or with room light."""
+        if self.room is not None:
+            return None
         found = [_tabulate(self.decodings[plane]) for plane in planes]
         tables = [each.T[:256] for each in found if each is not None]
         is_coded = self.codes is not None and self.codes.dtype == np.uint8 and len(tables) == len(found)
@@ -456,25 +508,34 @@ class CodedRadiance(CodedArray):
 class CodedSaturated(CodedArray):
     """(N, H, W) True where a channel is at white."""
 
-    def decode(self, codes: _Codes, plane: int, first: int, into: NDArray[Any]) -> None:
+    def decode(self, codes: _Codes, plane: int, first: int, into: NDArray[Any], room: Room | None) -> None:
         find_saturated(codes, first, self.decodings[plane].curve, self.window, into)
 
 
 def arrays_of(
-    codes: FileArray, decodings: tuple[Decoding, ...], window: Window, size: tuple[int, int]
+    codes: FileArray,
+    decodings: tuple[Decoding, ...],
+    window: Window,
+    size: tuple[int, int],
+    room: FileArray | None = None,
 ) -> tuple[CodedArray, CodedArray]:
-    """Radiance and saturation of photographs by their codes, of the part of this height and width."""
+    """Radiance and saturation of photographs by their codes and `room` light, of the part of this height and width."""
     shape, of_file = (len(codes), *size), (codes.offset_bytes, codes.status, codes.header)
     how = codes, decodings, window
-    radiance = CodedRadiance(codes.path, (*shape, 3), np.dtype(np.float32), *of_file, *how)
+    radiance = CodedRadiance(codes.path, (*shape, 3), np.dtype(np.float32), *of_file, *how, room)
     return radiance, CodedSaturated(codes.path, shape, np.dtype(np.bool_), *of_file, *how)
 
 
 def radiance_of(
-    codes: _Codes, first: int, size: tuple[int, int], decoding: Decoding, window: Window
+    codes: _Codes,
+    first: int,
+    size: tuple[int, int],
+    decoding: Decoding,
+    window: Window,
+    room: Room | None = None,
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     """Radiance (rows, W, 3) and saturation (rows, W) of `codes`, as `decode_rows`, of a part of this `size`."""
     radiance, saturated = np.empty((*size, 3), np.float32), np.empty(size, np.bool_)
-    decode_rows(codes, first, decoding, window, radiance)
+    decode_rows(codes, first, decoding, window, radiance, room)
     find_saturated(codes, first, decoding.curve, window, saturated)
     return radiance, saturated

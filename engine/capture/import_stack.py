@@ -92,7 +92,7 @@ from engine.capture.report import (
     report,
 )
 from engine.capture.scale import magnification_of, scale_text
-from engine.capture.stack import CODES, DIFFUSE, RADIANCE, RECORD, SATURATED, ImageStack, kinds_of, open_stack
+from engine.capture.stack import CODES, DIFFUSE, RADIANCE, RECORD, ROOM, SATURATED, ImageStack, kinds_of, open_stack
 from engine.capture.stack_record import CodesRecord, StackRecord, find_version, write_record
 from engine.capture.waiting import PAIR_BYTES, PIXEL_BYTES, CalibrateRows, CodedPixels, Pixels, WaitingLight
 from engine.core.colour import to_display8
@@ -144,6 +144,7 @@ class _Read:
     begun: Begun | None = None
     form: CodeForm | None = None
     decodings: list[Decoding] = field(default_factory=list)
+    room_crc32: int | None = None
     stored: list[Written] = field(default_factory=list)
 
     @property
@@ -177,7 +178,7 @@ def import_stack(
                 sources = without_unreadable(sources, error, count, settings.strict)
             except _OtherForms:
                 as_codes = False
-        for name in {CODES, RADIANCE, SATURATED, DIFFUSE} - kinds_of(record).keys():
+        for name in {CODES, ROOM, RADIANCE, SATURATED, DIFFUSE} - kinds_of(record).keys():
             discard(place / name)
         write_bytes(place / RECORD, write_record(record))
     return open_stack(folder, verify=False)
@@ -323,7 +324,7 @@ def _codes_record(read: _Read, output: Output) -> CodesRecord | None:
         return None
     checksums = [each.crc32[CODES] for each in output.written]
     try:
-        return CodesRecord.describe(output.form, output.window, read.decodings, checksums)
+        return CodesRecord.describe(output.form, output.window, read.decodings, checksums, read.room_crc32)
     except ValidationError:  # numbers beyond those of a record, or too many curves
         raise _OtherForms from None
 
@@ -892,7 +893,7 @@ def _write_aligned(
     plan: Plan, read: _Read, alignment: Alignment, correction: Correction | None, place: Path, files: ExitStack
 ) -> Steps[None]:
     is_still = all(np.array_equal(matrix, np.eye(3)) for matrix in alignment.matrix)
-    if read.form is not None and is_still and (correction is None or correction.room is None):
+    if read.form is not None and is_still:
         yield from _complete_codes(plan, read, correction, place, files)
         return
     if read.output is not None:  # where the codes lie until radiance has been made of them
@@ -917,16 +918,19 @@ def _complete_codes(
 ) -> Steps[None]:
     """Write the codes that are not yet in the stack, and note the radiance that is made of them from now on."""
     output = _direct_output(plan, read, place, files)
+    room = None if correction is None else correction.room
+    if room is not None:
+        read.room_crc32 = output.write_room(room)
     read.decodings = [each.add_correction(correction, index) for index, each in enumerate(read.decodings)]
     for index, (light, decoding) in enumerate(zip(read.waiting, read.decodings, strict=True)):
         if not read.stored:
             assert isinstance(light.pixels, CodedPixels)
             coded = light.pixels.coded
-            output.adopt((yield from output.write_codes(index, coded, output.decode(coded, decoding))))
+            output.adopt((yield from output.write_codes(index, coded, output.decode(coded, decoding, room))))
         elif correction is None and read.stored[index].tally.rows:
             output.adopt(read.stored[index])
         else:
-            output.adopt((yield from output.note_codes(index, read.stored[index], decoding)))
+            output.adopt((yield from output.note_codes(index, read.stored[index], decoding, room)))
     read.waiting.clear()
 
 

@@ -4,7 +4,7 @@ or its codes, where what makes radiance of them can be applied whenever they are
 Each light has its place in the files, and its tally and checksums are its own, so that one that was written before the
 import began (`engine.capture.ahead`) is adopted as it lies there. The checksum of a file is joined of those of lights.
 Cost: bound by the disk, and by memory where the system keeps what is to be written: 13 bytes a pixel, of codes as many
-as their files hold when unpacked, 3 of 8 bits and 2 of mosaics.
+as their files hold when unpacked, 3 of 8 bits and 2 of mosaics, and 12 of room light once.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from numpy.typing import DTypeLike, NDArray
 
 from engine.capture.calibration.separation import Separation
 from engine.capture.code_counts import CodeCounts
-from engine.capture.coded_pixels import Counted, Decoding, Window, count_by_codes, count_rows, radiance_of
+from engine.capture.coded_pixels import Counted, Decoding, Room, Window, count_by_codes, count_rows, radiance_of
 from engine.capture.output_region import View
 from engine.capture.photograph.bayer import MARGIN, Mosaic
 from engine.capture.registration.warp import find_needed_rows, warp
 from engine.capture.report import grid_step
-from engine.capture.stack import CODES, DIFFUSE, RADIANCE, SATURATED, npy_header
+from engine.capture.stack import CODES, DIFFUSE, RADIANCE, ROOM, SATURATED, npy_header
 from engine.capture.tally import Tally
 from engine.capture.waiting import CodedPixels, Pixels, WaitingLight
 from engine.core.budget import thread_count
@@ -111,6 +111,7 @@ class Output:
         size_bytes = sum(math.prod(full) * np.dtype(kind).itemsize for full, kind in kinds.values())
         require_space(place, max(0, size_bytes - given_back) + RECORD_BYTES)
         self.written: list[Written] = []
+        self._place = place
         self._separation = separation
         self._count = count
         self._headers = {name: npy_header(*kind) for name, kind in kinds.items()}
@@ -243,12 +244,31 @@ class Output:
         region = self.view.region
         return count, *self.window.find_shape(region.height, region.width, form.margin), form.channels
 
-    def note_codes(self, index: int, written: Written, decoding: Decoding) -> Steps[Written]:
-        """Give what was `written` of the codes of a light a tally of the radiance that `decoding` makes of them.
+    def write_room(self, room: Room) -> int:
+        """Write the room light (H, W, 3) of whole photographs as the region shows it; its checksum."""
+        region, crc32 = self.view.region, 0
+        require_space(self._place, 12 * region.height * region.width + RECORD_BYTES)
+        with atomic_file(self._place / ROOM) as file:
+            file.write(npy_header((1, region.height, region.width, 3), np.float32))
+            for first, last in self._bands_of_rows():
+                band = np.ascontiguousarray(self._cut_room(room, first, last))
+                file.write(band.data)
+                crc32 = extend_crc32(crc32, band.data)
+                release(room)
+        return crc32
+
+    def _cut_room(self, room: Room, first: int, last: int) -> Room:
+        """Room light in rows of the region."""
+        region = self.view.region
+        return room[region.top + first : region.top + last, region.left : region.left + region.width]
+
+    def note_codes(self, index: int, written: Written, decoding: Decoding, room: Room | None = None) -> Steps[Written]:
+        """Give what was `written` of the codes of a light a tally of the radiance that `decoding` makes of them, less
+        `room` light (H, W, 3) of whole photographs.
 
         Where counts do not tell it, bands are read and counted on all cores, and added in their order.
         """
-        known = None if written.counts is None else count_by_codes(written.counts, decoding)
+        known = None if written.counts is None or room is not None else count_by_codes(written.counts, decoding)
         if known is not None:
             return replace(written, tally=known)
         region, codes, window, margin = self.view.region, self.read_codes(index), self.window, decoding.margin
@@ -259,7 +279,8 @@ class Output:
         def count(first: int, last: int) -> Counted:
             begin, end = window.find_rows(first, last, margin)
             size = last - first, region.width
-            return count_rows(codes[begin - top : end - top], first, size, decoding, window, tally.step)
+            darker = None if room is None else self._cut_room(room, first, last)
+            return count_rows(codes[begin - top : end - top], first, size, decoding, window, tally.step, darker)
 
         with ThreadPoolExecutor(thread_count(), thread_name_prefix="decoding") as pool:
             for first, last in self._bands_of_rows():
@@ -271,15 +292,17 @@ class Output:
                 tally.join(*counted.result())
         return replace(written, tally=tally)
 
-    def decode(self, coded: Coded | Mosaic, decoding: Decoding) -> TakeRows:
-        """Function from rows of the region to the radiance that `decoding` makes of `coded`, a whole photograph."""
+    def decode(self, coded: Coded | Mosaic, decoding: Decoding, room: Room | None = None) -> TakeRows:
+        """Function from rows of the region to the radiance that `decoding` makes of `coded`, a whole photograph, less
+        `room` light (H, W, 3)."""
         window, width = self.window, self.view.region.width
         left, right = window.find_columns(width, decoding.margin)
 
         def take(first: int, last: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
             begin, end = window.find_rows(first, last, decoding.margin)
             codes = coded.codes[begin:end][:, left:right]
-            return radiance_of(codes, first, (last - first, width), decoding, window)
+            darker = None if room is None else self._cut_room(room, first, last)
+            return radiance_of(codes, first, (last - first, width), decoding, window, darker)
 
         return take
 

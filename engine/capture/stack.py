@@ -2,10 +2,11 @@
 
 A stack folder holds `stack.json` (`engine.capture.stack_record`), and `codes.npy` where pixels are codes of the
 photographs or mosaics of RAW files, of which the record says what makes radiance of them
-(`engine.capture.coded_pixels`); else `radiance.npy` and `saturated.npy`, and `diffuse.npy` where the photographs are
-pairs under polarisers. It is treated as hostile when it is opened: sizes, shapes and kinds are compared with the
-record, then the checksums of all pixels (about 0.5 s for a gigabyte). Stacks of before there were checksums open as
-well, with a note in their health. The pixels stay on disk and are read when they are needed.
+(`engine.capture.coded_pixels`), with `room.npy` where room light is taken off; else `radiance.npy` and `saturated.npy`,
+and `diffuse.npy` where the photographs are pairs under polarisers. It is treated as hostile when it is opened: sizes,
+shapes and kinds are compared with the record, then the checksums of all pixels (about 0.5 s for a gigabyte). Stacks of
+before there were checksums open as well, with a note in their health. The pixels stay on disk and are read when they
+are needed.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
     from engine.capture.stack_record import StackRecord
 
 RECORD, RADIANCE, SATURATED, DIFFUSE = "stack.json", "radiance.npy", "saturated.npy", "diffuse.npy"
-CODES = "codes.npy"
+CODES, ROOM = "codes.npy", "room.npy"
 
 _RECORD_LIMIT_BYTES = 64 << 20
 _AGAIN = "Import the photographs again"
@@ -97,7 +98,8 @@ class ImageStack(Summary):
     def pixels(self) -> dict[str, NDArray[Any] | FileArray]:
         """Return the arrays in the files of the photographs by the names of these."""
         if isinstance(self.radiance, CodedArray) and self.radiance.codes is not None:
-            return {CODES: self.radiance.codes}
+            room = {} if self.radiance.room is None else {ROOM: self.radiance.room}
+            return {**room, CODES: self.radiance.codes}
         found: dict[str, NDArray[Any] | FileArray] = {} if self.diffuse is None else {DIFFUSE: self.diffuse}
         return {**found, RADIANCE: self.radiance, SATURATED: self.saturated}
 
@@ -173,8 +175,9 @@ def open_stack(
             decodings = record.codes.decodings()
         except ValueError as error:
             raise InputError(place / RECORD, f"is damaged ({error})", _AGAIN) from None
+        size = record.height_px, record.width_px
         arrays[RADIANCE], arrays[SATURATED] = arrays_of(
-            arrays[CODES], decodings, record.codes.window, (record.height_px, record.width_px)
+            arrays[CODES], decodings, record.codes.window, size, arrays.get(ROOM)
         )
     return ImageStack(
         radiance=arrays[RADIANCE],
@@ -197,7 +200,10 @@ def kinds_of(record: StackRecord) -> dict[str, tuple[tuple[int, ...], DTypeLike]
     shape = (len(record.sources), record.height_px, record.width_px)
     if record.codes is not None:
         size = record.codes.find_shape(record.height_px, record.width_px)
-        return {CODES: ((len(record.sources), *size, record.codes.channels), record.codes.dtype)}
+        coded: dict[str, tuple[tuple[int, ...], DTypeLike]] = {}
+        if record.codes.room_crc32 is not None:
+            coded[ROOM] = (1, *shape[1:], 3), np.float32
+        return {**coded, CODES: ((len(record.sources), *size, record.codes.channels), record.codes.dtype)}
     files: dict[str, tuple[tuple[int, ...], DTypeLike]] = {
         RADIANCE: ((*shape, 3), np.float32),
         SATURATED: (shape, np.bool_),
@@ -212,6 +218,8 @@ def _checksum_of(record: StackRecord, name: str) -> int | None:
     if record.codes is None:
         known = {RADIANCE: record.radiance_crc32, SATURATED: record.saturated_crc32, DIFFUSE: record.diffuse_crc32}
         return known[name]
+    if name == ROOM:
+        return record.codes.room_crc32
     (_, *of_light), kind = kinds_of(record)[CODES]
     light_bytes = math.prod(of_light) * np.dtype(kind).itemsize
     joined = 0

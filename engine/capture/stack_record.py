@@ -171,6 +171,7 @@ class CodesRecord(_Strict):
     photograph_px, corner_px : width and height of the photographs, and column and row at which the codes begin.
     curves : those of the photographs. photographs : one for each, in the order of the sources.
     sensors : in place of curves, of samples of RAW files, which are there for the rows and columns around as well.
+    room_crc32 : checksum of the room light of `room.npy`, which is taken off; None where there is none.
     """
 
     bits: Literal[8, 16]
@@ -180,6 +181,7 @@ class CodesRecord(_Strict):
     curves: list[CurveRecord] = Field(max_length=CURVES_LIMIT)
     photographs: list[CodedRecord] = Field(min_length=1, max_length=PHOTOGRAPHS_LIMIT)
     sensors: list[SensorRecord] = Field(default=[], max_length=PHOTOGRAPHS_LIMIT)
+    room_crc32: _Crc32 | None = None
 
     @model_validator(mode="after")
     def _check_curves(self) -> CodesRecord:
@@ -198,6 +200,7 @@ class CodesRecord(_Strict):
         window: Window,
         decodings: Sequence[Decoding],
         checksums: Sequence[int],
+        room_crc32: int | None = None,
     ) -> CodesRecord:
         """The record of photographs by their `decodings`; `codes` are kind, channels and margin of theirs."""
         curves: list[Curve | Sensor] = []
@@ -220,6 +223,7 @@ class CodesRecord(_Strict):
             curves=[CurveRecord.describe(curve) for curve in curves if isinstance(curve, Curve)],
             photographs=found,
             sensors=[SensorRecord.describe(curve) for curve in curves if isinstance(curve, Sensor)],
+            room_crc32=room_crc32,
         )
 
     @property
@@ -254,10 +258,10 @@ class CodesRecord(_Strict):
 
 
 class StackRecord(_Strict):
-    """`stack.json`: everything but the pixels. It is 2 where these are `codes`, and 3 where they are samples of a
-    sensor, of which older versions do not know."""
+    """`stack.json`: everything but the pixels. It is 2 where these are `codes`, 3 where they are samples of a sensor,
+    and 4 where room light is taken off them, of which older versions do not know."""
 
-    lightarc_stack: Literal[1, 2, 3]
+    lightarc_stack: Literal[1, 2, 3, 4]
     height_px: int = Field(ge=1, le=1 << 20)
     width_px: int = Field(ge=1, le=1 << 20)
     sources: list[str] = Field(min_length=2, max_length=PHOTOGRAPHS_LIMIT)
@@ -305,7 +309,8 @@ class StackRecord(_Strict):
     def checksums(self) -> tuple[int, ...] | None:
         """The checksums of all pixels; None where there are none."""
         if self.codes is not None:
-            return tuple(each.crc32 for each in self.codes.photographs)
+            room = () if self.codes.room_crc32 is None else (self.codes.room_crc32,)
+            return (*(each.crc32 for each in self.codes.photographs), *room)
         if self.radiance_crc32 is None or self.saturated_crc32 is None:
             return None
         found = (self.radiance_crc32, self.saturated_crc32, self.diffuse_crc32)
@@ -315,10 +320,12 @@ class StackRecord(_Strict):
         return self.elevations_deg[0] >= 0.0 and self.elevations_deg[-1] <= 90.0
 
 
-def find_version(codes: CodesRecord | None) -> Literal[1, 2, 3]:
+def find_version(codes: CodesRecord | None) -> Literal[1, 2, 3, 4]:
     """The version of the record of a stack with these codes."""
     if codes is None:
         return 1
+    if codes.room_crc32 is not None:
+        return 4
     return 3 if codes.sensors else 2
 
 
@@ -345,8 +352,9 @@ def write_record(record: StackRecord) -> bytes:
     value = record.model_dump(mode="json")
     if record.codes is None:  # as older versions know it
         del value["codes"]
-    elif not record.codes.sensors:
-        del value["codes"]["sensors"]
+    else:
+        unused = {"sensors": not record.codes.sensors, "room_crc32": record.codes.room_crc32 is None}
+        value["codes"] = {name: each for name, each in value["codes"].items() if not unused.get(name)}
     return json.dumps({**value, SEAL: seal(value)}, indent=1, ensure_ascii=False, allow_nan=False).encode()
 
 

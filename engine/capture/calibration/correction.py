@@ -10,6 +10,7 @@ Cost: for 24 megapixels 0.3 s a photograph; with room light each is read once mo
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import cv2
@@ -18,12 +19,16 @@ from numpy.typing import NDArray
 
 from engine.capture.calibration.rig import Array, Kind, Rig, Sample, fit
 from engine.capture.photograph.calibrate import near_lamp_gain
+from engine.core.budget import thread_count
 from engine.core.kernels import serial_kernels
 from engine.core.one_thread import one_thread
 from engine.core.steps import Step, Steps
 from engine.storage.scratch import release, scratch_array
 
 _BAND_ROWS = 128
+
+#: Function from the first row and the one after the last to radiance (rows, W, 3), for several threads at once.
+Take = Callable[[int, int], NDArray[np.float32]]
 
 #: Longer side in which the share of room light is found, and texels that are solved at once.
 _SHARE_SIDE, _AT_ONCE = 160, 2048
@@ -119,7 +124,7 @@ def _warp(image: NDArray[np.float32], matrix: Array) -> NDArray[np.float32]:
 
 
 def room_light(
-    photographs: Sequence[Callable[[int, int], NDArray[np.float32]]],
+    photographs: Sequence[Take],
     share: NDArray[np.float32],
     size: tuple[int, int],
     matrix: Array | None = None,
@@ -129,17 +134,26 @@ def room_light(
     Each of `photographs` gives (rows, W, 3) from one row up to another; `size` is their height and width.
     """
     height, width = size
-    room = scratch_array((height, width, 3), np.float32)
-    for index, take in enumerate(photographs):
-        yield Step(index / len(photographs), "Separating the room light")
-        moved = None if matrix is None else _warp(take(0, height), matrix[index])
-        for first in range(0, height, _BAND_ROWS):
-            last = min(first + _BAND_ROWS, height)
-            room[first:last] += (take(first, last) if moved is None else moved[first:last]) / np.float32(
-                len(photographs)
-            )
-            release(room)
+    room, count = scratch_array((height, width, 3), np.float32), np.float32(len(photographs))
+    bands = [(first, min(first + _BAND_ROWS, height)) for first in range(0, height, _BAND_ROWS)]
+
+    def add_all(rows: tuple[int, int]) -> None:
+        for take in photographs:
+            room[slice(*rows)] += take(*rows) / count
+
+    if matrix is None:
+        with ThreadPoolExecutor(thread_count(), thread_name_prefix="averaging") as threads:
+            for done, _ in enumerate(threads.map(add_all, bands)):
+                yield Step(done / len(bands), "Separating the room light")
+                release(room)
+    else:
+        for index, (take, moved) in enumerate(zip(photographs, matrix, strict=True)):
+            yield Step(index / len(photographs), "Separating the room light")
+            seen = _warp(take(0, height), moved)
+            for rows in bands:
+                room[slice(*rows)] += seen[slice(*rows)] / count
+                release(room)
     enlarged = cv2.resize(share, (width, height), interpolation=cv2.INTER_LINEAR)
-    for first in range(0, height, _BAND_ROWS):
-        room[first : first + _BAND_ROWS] *= enlarged[first : first + _BAND_ROWS]
+    for rows in bands:
+        room[slice(*rows)] *= enlarged[slice(*rows)]
     return room

@@ -26,7 +26,7 @@ from app.project.project_file import History, Writer, data_folder, read
 from app.project.report import problems_of
 from app.session import cache
 from engine.capture.lights.sources import find
-from engine.capture.stack import CODES, RADIANCE, SATURATED
+from engine.capture.stack import CODES, RADIANCE, ROOM, SATURATED
 from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.geometry.shapes import shape
@@ -35,6 +35,7 @@ from engine.simulate.simulate import simulate
 from engine.storage import atomic
 from engine.storage.atomic import discard, make_folder
 from tests.app.command import Command
+from tests.engine.capture.calibration.generated import Capture, render, write
 from tests.threads import threads
 
 
@@ -145,6 +146,28 @@ def test_photographs_that_are_gone_keep_what_was_made_of_them(project: Path, cap
     assert opened.stack is not None
     drain(pixels_made(opened.stack, opened.sources, opened.imported_with))
     assert content(opened) == before
+
+
+@pytest.mark.parametrize("are_gone", [False, True])
+def test_room_light_comes_back_with_the_codes_that_it_is_taken_off(tmp_path: Path, are_gone: bool) -> None:
+    lit = Capture(seed=8, file_format="jpg", lamps=18, height=48, width=56, room=0.15, distance=4.0)
+    path = make(tmp_path / "a.lap", write(render(lit), tmp_path / "lit"), ImportChoices())
+    stack = read(path).current.stack
+    assert stack is not None
+    assert set(stack.pixels) == {ROOM, CODES}
+    before = stack.radiance[:].tobytes()
+    if are_gone:
+        next((tmp_path / "lit").glob("*.jpg")).unlink()
+    drain(clean_up(path))
+    assert stack.folder is not None
+    assert are_packed(stack.folder) == are_gone
+    for place in (cache.entries_folder() or path).iterdir():
+        discard(place)
+    opened = read(path).current
+    assert opened.stack is not None
+    assert not are_there(opened.stack)
+    drain(pixels_made(opened.stack, opened.sources, opened.imported_with))
+    assert opened.stack.radiance[:].tobytes() == before
 
 
 def test_photographs_that_changed_give_nothing_in_place_of_what_was(project: Path, capture: Path) -> None:

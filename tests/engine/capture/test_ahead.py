@@ -21,7 +21,7 @@ from engine.capture.lights.listed import Listed, read_listed
 from engine.capture.lights.sources import find
 from engine.capture.output import Output
 from engine.capture.photograph.decode import read_photograph
-from engine.capture.stack import CODES, RECORD
+from engine.capture.stack import CODES, RECORD, ROOM
 from engine.core.steps import drain
 from tests.engine.capture.calibration.generated import Capture, render, write
 
@@ -169,3 +169,18 @@ def test_what_is_found_of_all_photographs_changes_no_codes_unless_it_moves_them(
         _write(other, paths, listed, times=6)
         assert _import(plain, tmp_path / "found", ImportSettings()) == expected
     assert sorted(places) == list(range(6))
+
+
+def test_room_light_that_is_found_changes_no_codes(
+    ahead: tuple[Decoded, WrittenAhead], places: list[int], tmp_path: Path
+) -> None:
+    made = Capture(seed=8, file_format="jpg", lamps=18, height=48, width=56, room=0.15, distance=4.0)
+    folder = write(render(made), tmp_path / "lit")
+    expected = _import(folder, tmp_path / "expected", ImportSettings())
+    paths, listed = _decode(ahead[0], folder)
+    places.clear()
+    with closing(WrittenAhead(tmp_path / "found", ImportSettings(), ahead[0].options)) as written:
+        _write(written, paths, listed, times=18)
+        assert _import(folder, tmp_path / "found", ImportSettings()) == expected
+    assert sorted(places) == list(range(18))
+    assert (tmp_path / "found" / ROOM).read_bytes() == (tmp_path / "expected" / ROOM).read_bytes()

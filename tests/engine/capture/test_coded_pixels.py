@@ -21,7 +21,7 @@ from engine.capture.import_stack import import_stack
 from engine.capture.lights.sources import find
 from engine.capture.photograph.calibration import Calibration
 from engine.capture.photograph.decode import read_photograph
-from engine.capture.stack import CODES, RADIANCE, RECORD, SATURATED, ImageStack, npy_header, open_stack
+from engine.capture.stack import CODES, RADIANCE, RECORD, ROOM, SATURATED, ImageStack, npy_header, open_stack
 from engine.capture.tally import Tally
 from engine.core.errors import InputError
 from engine.core.steps import drain
@@ -53,7 +53,8 @@ def _random(seed: int, folder: Path) -> tuple[tuple[Any, Any], NDArray[np.float3
     codes = random.integers(0, most, (COUNT, HEIGHT, WIDTH, channels), kind)
     nearness = 0.4 if seed % 3 == 0 else 0.0
     angles = random.uniform(0.2, 1.5, COUNT), random.uniform(-3.0, 6.0, COUNT)
-    correction = Correction(random.uniform(0.5, 2.0, COUNT), nearness, *angles) if seed != 1 else None
+    room = random.uniform(0.0, 0.4, (HEIGHT, WIDTH, 3)).astype(np.float32) if seed % 3 != 1 else None
+    correction = Correction(random.uniform(0.5, 2.0, COUNT), nearness, *angles, room) if seed != 1 else None
     stated = 3.0 if seed % 4 == 2 else math.inf
     window = Window(HEIGHT, WIDTH, 3, 5) if seed % 3 else Window(HEIGHT, WIDTH)
     decodings, radiance, saturated = [], [], []
@@ -76,15 +77,20 @@ def _random(seed: int, folder: Path) -> tuple[tuple[Any, Any], NDArray[np.float3
     cut = np.ascontiguousarray(codes[:, window.top :, window.left :])
     path = folder / f"{seed}.npy"
     path.write_bytes(npy_header(cut.shape, kind) + cut.tobytes())
-    array = FileArray(path, cut.shape, np.dtype(kind), 128, path.stat())
-    return arrays_of(array, tuple(decodings), window, cut.shape[1:3]), np.stack(radiance), np.stack(saturated)
+    array, of_room = FileArray(path, cut.shape, np.dtype(kind), 128, path.stat()), None
+    if room is not None:
+        shown, path = np.ascontiguousarray(room[None, window.top :, window.left :]), folder / f"{seed}_room.npy"
+        path.write_bytes(npy_header(shown.shape, np.float32) + shown.tobytes())
+        of_room = FileArray(path, shown.shape, np.dtype(np.float32), 128, path.stat())
+    arrays = arrays_of(array, tuple(decodings), window, cut.shape[1:3], of_room)
+    return arrays, np.stack(radiance), np.stack(saturated)
 
 
 @pytest.mark.parametrize("seed", range(12))
 def test_what_is_read_has_the_bits_of_what_an_import_makes(
     seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In parts and by several threads, of any kind of codes, tables, colours, lamps and windows."""
+    """In parts and by several threads, of any kind of codes, tables, colours, lamps, room light and windows."""
     monkeypatch.setattr(coded_pixels, "_PART_PIXELS", 200)
     monkeypatch.setattr(coded_pixels, "FEW_PIXELS", 400)
     arrays, *expected = _random(seed, tmp_path)
@@ -94,11 +100,12 @@ def test_what_is_read_has_the_bits_of_what_an_import_makes(
         for key in (np.s_[:], np.s_[1], np.s_[[2, 0], 4:9], np.s_[2, 7, 3], *thinned):
             assert np.array_equal(array[key], values[key])
     rows = arrays[0].codes[0, 4:19]
-    made = radiance_of(rows, 4, rows.shape[:2], arrays[0].decodings[0], arrays[0].window)
+    room = None if arrays[0].room is None else arrays[0].room[0, 4:19]
+    made = radiance_of(rows, 4, rows.shape[:2], arrays[0].decodings[0], arrays[0].window, room)
     assert all(np.array_equal(found, values[0, 4:19]) for found, values in zip(made, expected, strict=True))
     tally, counted = Tally(3), Tally(3)
     tally.add(*made, 4)
-    counted.join(*count_rows(rows, 4, rows.shape[:2], arrays[0].decodings[0], arrays[0].window, 3))
+    counted.join(*count_rows(rows, 4, rows.shape[:2], arrays[0].decodings[0], arrays[0].window, 3, room))
     assert (counted.clipped, counted.black) == (tally.clipped, tally.black)
     assert np.array_equal(counted.rows[0], tally.rows[0])
     assert np.array_equal(counted.grid[0], tally.grid[0])
@@ -133,6 +140,55 @@ def test_a_photograph_of_another_kind_than_the_first_makes_a_stack_of_radiance(f
     found = drain(import_stack(find([place]), ImportSettings(motion="none"), tmp_path / "stack"))
     assert set(found.pixels) == {RADIANCE, SATURATED}
     assert len(found.radiance) == 5
+
+
+@pytest.fixture(scope="module")
+def lit(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Photographs in a lit room."""
+    made = Capture(seed=8, file_format="jpg", lamps=18, height=48, width=56, room=0.15, distance=4.0)
+    return write(render(made), tmp_path_factory.mktemp("lit") / "photographs")
+
+
+@pytest.mark.parametrize("crop", [None, (3, 5, 30, 21)])
+@pytest.mark.parametrize("calibrate", [("ambient",), ("ambient", "gains", "distance")])
+def test_a_stack_of_codes_and_room_light_is_the_one_of_radiance(
+    lit: Path, tmp_path: Path, calibrate: tuple[str, ...], crop: tuple[int, int, int, int] | None
+) -> None:
+    settings = ImportSettings(calibrate=calibrate, crop=crop)
+    found = drain(import_stack(find([lit]), settings, tmp_path / "found"))
+    expected = drain(import_stack(find([lit]), settings, tmp_path / "expected", as_codes=False))
+    assert sorted(path.name for path in (tmp_path / "found").iterdir()) == [CODES, ROOM, RECORD]
+    assert sorted(path.name for path in (tmp_path / "expected").iterdir()) == [RADIANCE, SATURATED, RECORD]
+    for key in (np.s_[:], np.s_[[2, 0], 4:9], np.s_[1, 2:20:3, 1:], np.s_[2, 7, 3]):
+        assert np.array_equal(found.radiance[key], expected.radiance[key])
+        assert np.array_equal(found.saturated[key], expected.saturated[key])
+    assert (found.quality, found.health, found.provenance) == (expected.quality, expected.health, expected.provenance)
+    assert found.mean_radiance.tolist() == expected.mean_radiance.tolist()
+    assert np.array_equal(open_stack(tmp_path / "found").radiance[3], found.radiance[3])
+
+
+@pytest.mark.parametrize("damage", ["missing", "half", "another value", "no checksum", "another checksum", "older"])
+def test_damaged_room_light_is_named(lit: Path, tmp_path: Path, damage: str) -> None:
+    drain(import_stack(find([lit]), ImportSettings(calibrate=("ambient",)), tmp_path / "stack"))
+    room, record = tmp_path / "stack" / ROOM, tmp_path / "stack" / RECORD
+    content = room.read_bytes()
+    if damage == "missing":
+        room.unlink()
+    elif damage in ("half", "another value"):
+        room.write_bytes(content[:999] if damage == "half" else content[:-1] + bytes([content[-1] ^ 1]))
+    else:
+        value = json.loads(record.read_text())
+        del value["record_sha256"]
+        if damage == "older":
+            value["lightarc_stack"] = 2
+        elif damage == "no checksum":
+            del value["codes"]["room_crc32"]
+        else:
+            value["codes"]["room_crc32"] ^= 1
+        record.write_text(json.dumps({**value, "record_sha256": seal(value)}))
+    named = RECORD if damage in ("no checksum", "older") else ROOM
+    with pytest.raises(InputError, match=named):
+        open_stack(tmp_path / "stack")
 
 
 def test_a_stack_of_an_older_version_opens_as_it_was(tmp_path: Path) -> None:
