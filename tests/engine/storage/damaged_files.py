@@ -386,6 +386,14 @@ def _make(kind: str) -> Path:
         for angle in (30, 60):
             (photographs / f"cloth_{angle}deg.png").write_bytes(encode_png(NOISE // (90 // angle)))
         drain(import_stack(find([photographs]), ImportSettings(motion="none"), place, as_codes=kind == "codes"))
+    elif kind == "lit":
+        from engine.capture.import_stack import ImportSettings, import_stack
+        from engine.capture.lights.sources import find
+        from tests.engine.capture.calibration.generated import Capture, render, write
+
+        lit = Capture(seed=8, file_format="jpg", lamps=18, height=48, width=56, room=0.15, distance=4.0)
+        photographs = write(render(lit), _place() / "photographs-lit")
+        drain(import_stack(find([photographs]), ImportSettings(), place))
     elif kind == "bundle":
         from engine.bundle.bundle import save_bundle
         from tests.engine.scenes import weave
@@ -400,9 +408,9 @@ def _make(kind: str) -> Path:
         settings = FactorSettings(samples=300, side=8, products=1)
         write_factors(place, drain(factor(brdf_from_text("lambert"), settings)))
     else:
-        from tests.engine.transport.baking.test_file import write
+        from tests.engine.transport.baking import test_file
 
-        write(place)
+        test_file.write(place)
     return place
 
 
@@ -583,11 +591,12 @@ def _records() -> Iterator[Format]:
         extra=_json,
     )
     yield Format("a.zip", _zip_bundle, _zip, read=_open_bundle_file)
-    for kind in ("stack", "codes"):
+    for kind in ("stack", "codes", "lit"):
         name = "stack.json"
         read = _beside(kind, name, open_stack)
         yield Format(name, partial(_record, kind, name), _lines, read=read, mended=record, extra=_json)
     yield Format("codes.npy", partial(_record, "codes", "codes.npy"), read=_beside("codes", "codes.npy", open_stack))
+    yield Format("room.npy", partial(_record, "lit", "room.npy"), read=_beside("lit", "room.npy", open_stack))
     for name in ("radiance.npy", "saturated.npy"):
         yield Format(name, partial(stack, name), read=_beside("stack", name, open_stack))
     name = "factors.json"
