@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QFileDialog
 
 from app.document.document import ImportChoices
 from app.widgets.controls import ComboBox
+from app.widgets.import_controls import FORMS, FRAMES, IMPORT_CHOICES, LIGHT_LIST, LISTS, WITHOUT_FILE
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Fold, Rows, Segments, button, enable, keep_hint, text
 from engine.capture.calibration.separation import MIN_GAIN, gain_text
@@ -25,69 +26,6 @@ from engine.core.figure_text import number
 if TYPE_CHECKING:
     from engine.capture.registration.framing import Framing
 
-IMPORT_CHOICES = {
-    "motion": (
-        "Alignment",
-        (
-            ("auto", "Automatic"),
-            ("none", "Off"),
-            ("translation", "Shift"),
-            ("euclidean", "Shift and turn"),
-            ("affine", "Affine"),
-            ("homography", "Perspective"),
-        ),
-        "Allowed motion between photographs",
-    ),
-    "white_balance": (
-        "White bal.",
-        (("camera", "As shot"), ("none", "None"), ("patch", "Grey patch…")),
-        "White balance of RAW files; a grey patch balances all files",
-    ),
-    "transfer": (
-        "Encoding",
-        (("auto", "Automatic"), ("srgb", "sRGB"), ("linear", "Linear")),
-        "Transfer function of 8- and 16-bit files; automatic: that of their colour profile, without one sRGB unless "
-        "capture.toml says linear",
-    ),
-    "working_space": (
-        "Maps in",
-        (("rec709", "Rec.709"), ("auto", "Rec.2020 if needed"), ("rec2020", "Rec.2020"), ("acescg", "ACEScg")),
-        "Colour space in which maps of the surface are made: colours beyond it do not fit between 0 and 1. Images are "
-        "shown in that of the screen",
-    ),
-}
-
-FRAMES = {
-    "lens": ("Lens", "A .lens file that an import has written, by which the distortion of the lens is taken off"),
-    "mask": ("Object mask", "What of the photographs is the object; the background counts in no map and no figure"),
-    "dark": ("Dark frame", "A photograph without light, which is subtracted"),
-    "flat": ("Flat field", "A photograph of an even white surface, which is divided out"),
-    "chart": (
-        "Colour chart",
-        "A classic chart of 24 patches, by which colours are corrected: in a photograph of the capture, in a file of "
-        "its own under the same lamps, or a .chart file that was saved",
-    ),
-}
-
-#: Choices of a frame that no file is chosen for.
-_WITHOUT_FILE = {
-    "lens": (("As it is", "none"),),
-    "mask": (("None", "none"), ("Alpha channel", "alpha")),
-    "dark": (("As found", "auto"), ("None", "none")),
-    "flat": (("As found", "auto"), ("None", "none")),
-    "chart": (("None", "none"), ("In a photograph", "auto")),
-}
-
-#: Rows of the calibration that are lists.
-LISTS = {
-    "equalise": (
-        "Intensity",
-        (("", "Lamps as they are"), ("object", "Equal, by the object"), ("patch", "Equal, by grey patch")),
-        "Lamps of a dome differ in intensity, which is divided out: by the smooth change of the object over the lamps, "
-        "or by a white or grey patch, the one of the white balance",
-    ),
-}
-
 #: What is estimated from the photographs themselves, with its label and what that means.
 ESTIMATES = {
     "distance": ("Near lamps", "How far away the lamps are, whose light falls off over the sample"),
@@ -95,17 +33,6 @@ ESTIMATES = {
     "ambient": ("Room light", "Light that is there whichever lamp is on"),
     "motion": ("Camera", "Small shifts of the camera between photographs of lights all around"),
     "lights": ("List check", "Whether the list of lights belongs to the photographs"),
-}
-
-FORMS = {
-    "listed": "As it is",
-    "mirrored-x": "Left and right exchanged",
-    "mirrored-y": "Top and bottom exchanged",
-    "swapped-xy": "x and y exchanged",
-    "turned": "Turned by 180°",
-    "reversed": "In reverse order",
-    "shifted+1": "Moved on by one",
-    "shifted-1": "Moved back by one",
 }
 
 CALIBRATION = (
@@ -258,7 +185,7 @@ class ImportPanel(Rows):
             calibration.row(label, self.estimates[name], hint)
         self.form = ComboBox()
         self.form.activated.connect(self._form_chosen)
-        calibration.row("Light list", self.form, "The order and the axes in which the list of lights is taken")
+        calibration.row(LIGHT_LIST, self.form, "The order and the axes in which the list of lights is taken")
         self.take = button("", hint="The photographs fit the list clearly better in this form")
         self.take.clicked.connect(lambda: self.chosen.emit("Light list", {"lights_form": self.suggested_form}))
         self.take.hide()
@@ -435,7 +362,7 @@ class ImportPanel(Rows):
     def _fill_frame(self, name: str) -> None:
         box, value = self.boxes[name], getattr(self.choices, name)
         box.clear()
-        for words, choice in _WITHOUT_FILE[name]:
+        for words, choice in WITHOUT_FILE[name]:
             box.addItem(words, choice)
         if isinstance(value, Path):
             box.addItem(value.name, value)
@@ -447,7 +374,7 @@ class ImportPanel(Rows):
         if name == "mask" and self.choices.outline_px:
             box.setCurrentIndex(0)
             return
-        box.setCurrentIndex(len(_WITHOUT_FILE[name]) if isinstance(value, Path) else box.findData(value))
+        box.setCurrentIndex(len(WITHOUT_FILE[name]) if isinstance(value, Path) else box.findData(value))
 
     def _fill_forms(self) -> None:
         current, suggested = self.choices.lights_form, self.suggested_form

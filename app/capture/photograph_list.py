@@ -36,6 +36,7 @@ from app.document.document import Project
 from app.widgets import theme
 from app.widgets import theme as icons
 from app.widgets.controls import ComboBox
+from app.widgets.import_controls import name_controls
 from app.widgets.language import translate
 from app.widgets.number_field import number_from_text, plain
 from app.widgets.panels import button, text
@@ -150,7 +151,9 @@ class PhotographModel(QAbstractListModel):
         if role == Qt.ItemDataRole.ToolTipRole:
             state = "Excluded from the material. " if row.excluded else ""
             editable = "\nDouble-click to enter elevation / azimuth in degrees (0 = right, 90 = up)"
-            return translate(f"{row.name}\n{state}{row.finding}".strip() + (editable if self.angles_editable else ""))
+            return name_controls(
+                f"{row.name}\n{state}{row.finding}".strip() + (editable if self.angles_editable else "")
+            )
         if role == Qt.ItemDataRole.AccessibleTextRole:
             return translate(f"{row.name}, {row.elevation_deg:g} degrees, {row.verdict.name.lower()}")
         return None

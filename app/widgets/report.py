@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QVBoxLayout, QWidget
 
 from app.widgets import theme
 from app.widgets import theme as icons
-from app.widgets.language import translate
+from app.widgets.import_controls import name_controls
 from app.widgets.panels import text
 from app.widgets.status_bar import VERDICTS
 from app.widgets.theme import STEP
@@ -71,13 +71,13 @@ class Report(QWidget):
         words.setMinimumWidth(10)
         if finding.source is None:
             words.setTextFormat(Qt.TextFormat.PlainText)
-            words.setText(f"{finding.text[:1].upper()}{finding.text[1:]}")
+            words.setText(name_controls(f"{finding.text[:1].upper()}{finding.text[1:]}"))
             return words
         source = finding.source
         words.setTextFormat(Qt.TextFormat.RichText)
         words.setText(
             f'<a style="color:{theme.current().accent};text-decoration:none" href="source">{escape(source)}</a>'
-            f"{finding.between}{escape(translate(finding.text))}"
+            f"{finding.between}{escape(name_controls(finding.text))}"
         )
         words.setTextInteractionFlags(
             Qt.TextInteractionFlag.LinksAccessibleByMouse | Qt.TextInteractionFlag.LinksAccessibleByKeyboard

@@ -19,6 +19,7 @@ from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QLabel, QMessageBox, QWidget
 
 from app.process import crash
+from app.widgets.import_controls import name_controls
 from engine.core.errors import VERBS, FileError, LightarcError, MissingCapability, UsageError, file_failure, shortage
 from engine.core.escape import escape_controls
 
@@ -81,7 +82,7 @@ class Failures(QObject):
         box = QMessageBox(QMessageBox.Icon.Warning, "Lightarc", "", QMessageBox.StandardButton.Close, self.window)
         box.setText(title)
         box.button(QMessageBox.StandardButton.Close).setIcon(QIcon())  # the style's own is black, also on dark
-        box.setInformativeText(message)
+        box.setInformativeText(name_controls(message))
         for label in box.findChildren(QLabel):
             label.setTextFormat(Qt.TextFormat.PlainText)  # a file may be called <img src=…>
         if detail:
