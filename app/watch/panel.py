@@ -313,8 +313,8 @@ class WatchDialog(QDialog):
         self.dome.verdicts = {file_name(one.path): one.verdict for one in capture.photographs}
         self.dome.lamps = tuple(_lamps(capture))
         self.dome.update()
-        self.bar.setRange(0, capture.expect or max(1, capture.count))
-        self.bar.setValue(min(capture.count, self.bar.maximum()))
+        self.bar.setRange(0, capture.expect or 1)
+        self.bar.setValue(min(capture.count, self.bar.maximum()) if capture.expect else 0)  # full is not known before
         covered = capture.coverage
         self.coverage.setText("" if covered is None else f"Lights cover {percent(covered)} of the dome")
         self._explain(self.list.currentIndex().row())

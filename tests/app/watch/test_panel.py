@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QFileDialog, QWidget
@@ -92,6 +93,14 @@ def test_a_camera_is_chosen_where_its_library_is_there(dialog: WatchDialog, monk
         dialog.camera.setCurrentIndex(card)
         dialog.camera.activated.emit(card)
         assert dialog.camera.currentData() == port
+
+
+def test_the_bar_is_empty_as_long_as_nobody_knows_how_many_come(dialog: WatchDialog) -> None:
+    there = tuple(arriving.Arrived(Path(name), np.zeros((8, 8, 3), np.uint8), None, ()) for name in ("a.jpg", "b.jpg"))
+    for expect, value in ((None, 0), (4, 2), (2, 2)):
+        dialog._show(arriving.Capture(there, expect=expect))
+        assert dialog.bar.value() == value
+        assert dialog.bar.maximum() > value or expect == value
 
 
 def test_a_capture_is_finished_early_or_cancelled(dialog: WatchDialog, qtbot: Any, tmp_path: Path) -> None:
