@@ -108,7 +108,7 @@ class RelitPreview(QWidget):
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        paint_whole(self, self.image)
+        paint_whole(self, self.image, "A preview appears as soon as lamps of photographs are known")
 
 
 class WatchDialog(QDialog):

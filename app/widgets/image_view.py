@@ -104,16 +104,25 @@ def rgb_image(pixels: NDArray[np.uint8]) -> QImage:
     return QImage(contiguous.data, width, height, channels * width, coded).convertToFormat(painted)
 
 
-def paint_whole(widget: QWidget, image: QImage | None) -> None:
-    """Paint an image as large as it fits into the middle of a widget, over the canvas, within its `paintEvent`."""
+def paint_whole(widget: QWidget, image: QImage | None, words: str = "") -> None:
+    """Paint an image as large as it fits into the middle of a widget, over the canvas, within its `paintEvent`; `words`
+    where there is none."""
     painter = QPainter(widget)
     painter.fillRect(widget.rect(), QColor(theme.current().canvas))
     if image is None:
+        _paint_words(painter, widget, words)
         return
     painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
     scale = min(widget.width() / image.width(), widget.height() / image.height())
     width, height = scale * image.width(), scale * image.height()
     painter.drawImage(QRectF((widget.width() - width) / 2, (widget.height() - height) / 2, width, height), image)
+
+
+def _paint_words(painter: QPainter, widget: QWidget, words: str) -> None:
+    painter.setPen(QColor(theme.current().secondary))
+    painter.setFont(theme.font())
+    within = widget.rect().adjusted(theme.PADDING, theme.PADDING, -theme.PADDING, -theme.PADDING)
+    painter.drawText(within, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, words)
 
 
 def _halve(pixels: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
@@ -248,10 +257,7 @@ class ImageView(QWidget):
         painter = QPainter(self)
         painter.fillRect(self.rect(), QColor(theme.current().canvas))
         if self.image is None:
-            painter.setPen(QColor(theme.current().secondary))
-            painter.setFont(theme.font())
-            within = self.rect().adjusted(theme.PADDING, theme.PADDING, -theme.PADDING, -theme.PADDING)
-            painter.drawText(within, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, self.words)
+            _paint_words(painter, self, self.words)
             return
         size = QPointF(*self.image.size)
         target = QRectF(self.to_screen(QPointF(0, 0)), self.to_screen(size))

@@ -24,170 +24,6 @@
    <translation>Kalibriert, ausgerichtet und zugeschnitten</translation>
   </message>
   <message>
-   <source>Alignment</source>
-   <translation>Ausrichten</translation>
-  </message>
-  <message>
-   <source>Automatic</source>
-   <translation>Automatisch</translation>
-  </message>
-  <message>
-   <source>Off</source>
-   <translation>Aus</translation>
-  </message>
-  <message>
-   <source>Shift</source>
-   <translation>Verschiebung</translation>
-  </message>
-  <message>
-   <source>Shift and turn</source>
-   <translation>Verschiebung, Drehung</translation>
-  </message>
-  <message>
-   <source>Affine</source>
-   <translation>Affin</translation>
-  </message>
-  <message>
-   <source>Perspective</source>
-   <translation>Perspektivisch</translation>
-  </message>
-  <message>
-   <source>Allowed motion between photographs</source>
-   <translation>Erlaubte Bewegung zwischen den Fotos</translation>
-  </message>
-  <message>
-   <source>White bal.</source>
-   <translation>Weißabgl.</translation>
-  </message>
-  <message>
-   <source>As shot</source>
-   <translation>Wie aufgenommen</translation>
-  </message>
-  <message>
-   <source>None</source>
-   <translation>Ohne</translation>
-  </message>
-  <message>
-   <source>Grey patch…</source>
-   <translation>Graufeld…</translation>
-  </message>
-  <message>
-   <source>White balance of RAW files; a grey patch balances all files</source>
-   <translation>Weißabgleich von RAW-Dateien; ein Graufeld gleicht alle Dateien ab</translation>
-  </message>
-  <message>
-   <source>Encoding</source>
-   <translation>Kodierung</translation>
-  </message>
-  <message>
-   <source>Linear</source>
-   <translation>Linear</translation>
-  </message>
-  <message>
-   <source>Transfer function of 8- and 16-bit files; automatic: that of their colour profile, without one sRGB unless capture.toml says linear</source>
-   <translation>Tonwertkurve von Dateien mit 8 und 16 Bit; automatisch: die ihres Farbprofils, ohne Profil sRGB, sofern capture.toml nicht „linear“ angibt</translation>
-  </message>
-  <message>
-   <source>Maps in</source>
-   <translation>Karten in</translation>
-  </message>
-  <message>
-   <source>Rec.709</source>
-   <translation>Rec.709</translation>
-  </message>
-  <message>
-   <source>Rec.2020 if needed</source>
-   <translation>Rec.2020 bei Bedarf</translation>
-  </message>
-  <message>
-   <source>Rec.2020</source>
-   <translation>Rec.2020</translation>
-  </message>
-  <message>
-   <source>ACEScg</source>
-   <translation>ACEScg</translation>
-  </message>
-  <message>
-   <source>Colour space in which maps of the surface are made: colours beyond it do not fit between 0 and 1. Images are shown in that of the screen</source>
-   <translation>Farbraum der Oberflächenkarten: Farben außerhalb passen nicht zwischen 0 und 1. Bilder werden im Farbraum des Bildschirms gezeigt</translation>
-  </message>
-  <message>
-   <source>Lens</source>
-   <translation>Objektiv</translation>
-  </message>
-  <message>
-   <source>A .lens file that an import has written, by which the distortion of the lens is taken off</source>
-   <translation>Eine beim Import geschriebene .lens-Datei, mit der die Verzeichnung des Objektivs herausgerechnet wird</translation>
-  </message>
-  <message>
-   <source>Object mask</source>
-   <translation>Objektmaske</translation>
-  </message>
-  <message>
-   <source>What of the photographs is the object; the background counts in no map and no figure</source>
-   <translation>Welcher Teil der Fotos das Objekt ist; der Hintergrund zählt in keiner Karte und keinem Messwert</translation>
-  </message>
-  <message>
-   <source>Dark frame</source>
-   <translation>Dunkelbild</translation>
-  </message>
-  <message>
-   <source>A photograph without light, which is subtracted</source>
-   <translation>Ein Foto ohne Licht, das abgezogen wird</translation>
-  </message>
-  <message>
-   <source>Flat field</source>
-   <translation>Weißbild</translation>
-  </message>
-  <message>
-   <source>A photograph of an even white surface, which is divided out</source>
-   <translation>Ein Foto einer gleichmäßig weißen Fläche, durch das geteilt wird</translation>
-  </message>
-  <message>
-   <source>Colour chart</source>
-   <translation>Farbtafel</translation>
-  </message>
-  <message>
-   <source>A classic chart of 24 patches, by which colours are corrected: in a photograph of the capture, in a file of its own under the same lamps, or a .chart file that was saved</source>
-   <translation>Eine klassische Tafel mit 24 Feldern, nach der Farben korrigiert werden: in einem Foto der Aufnahme, in einer eigenen Datei unter denselben Lampen oder als gespeicherte .chart-Datei</translation>
-  </message>
-  <message>
-   <source>As it is</source>
-   <translation>Original</translation>
-  </message>
-  <message>
-   <source>Alpha channel</source>
-   <translation>Alphakanal</translation>
-  </message>
-  <message>
-   <source>As found</source>
-   <translation>Wie gefunden</translation>
-  </message>
-  <message>
-   <source>In a photograph</source>
-   <translation>In einem Foto</translation>
-  </message>
-  <message>
-   <source>Intensity</source>
-   <translation>Intensität</translation>
-  </message>
-  <message>
-   <source>Lamps as they are</source>
-   <translation>Lampen unverändert</translation>
-  </message>
-  <message>
-   <source>Equal, by the object</source>
-   <translation>Gleich, nach Objekt</translation>
-  </message>
-  <message>
-   <source>Equal, by grey patch</source>
-   <translation>Gleich, nach Graufeld</translation>
-  </message>
-  <message>
-   <source>Lamps of a dome differ in intensity, which is divided out: by the smooth change of the object over the lamps, or by a white or grey patch, the one of the white balance</source>
-   <translation>Die Lampen einer Kuppel sind verschieden hell; das wird herausgerechnet: nach der stetigen Änderung des Objekts über die Lampen oder nach einem weißen oder grauen Feld, dem des Weißabgleichs</translation>
-  </message>
-  <message>
    <source>Near lamps</source>
    <translation>Nahe Lampen</translation>
   </message>
@@ -226,34 +62,6 @@
   <message>
    <source>Whether the list of lights belongs to the photographs</source>
    <translation>Ob die Liste der Lichtrichtungen zu den Fotos gehört</translation>
-  </message>
-  <message>
-   <source>Left and right exchanged</source>
-   <translation>Links und rechts vertauscht</translation>
-  </message>
-  <message>
-   <source>Top and bottom exchanged</source>
-   <translation>Oben und unten vertauscht</translation>
-  </message>
-  <message>
-   <source>x and y exchanged</source>
-   <translation>x und y vertauscht</translation>
-  </message>
-  <message>
-   <source>Turned by 180°</source>
-   <translation>Um 180° gedreht</translation>
-  </message>
-  <message>
-   <source>In reverse order</source>
-   <translation>In umgekehrter Reihenfolge</translation>
-  </message>
-  <message>
-   <source>Moved on by one</source>
-   <translation>Um eins weitergerückt</translation>
-  </message>
-  <message>
-   <source>Moved back by one</source>
-   <translation>Um eins zurückgerückt</translation>
   </message>
   <message>
    <source>In the reference and in a photograph that is not aligned correctly</source>
@@ -456,16 +264,16 @@
    <translation>Aus den Fotos geschätzt</translation>
   </message>
   <message>
-   <source>Light list</source>
-   <translation>Lichtliste</translation>
-  </message>
-  <message>
    <source>The order and the axes in which the list of lights is taken</source>
    <translation>Reihenfolge und Achsen, in denen die Lichtliste gelesen wird</translation>
   </message>
   <message>
    <source>The photographs fit the list clearly better in this form</source>
    <translation>Die Fotos passen in dieser Form deutlich besser zur Liste</translation>
+  </message>
+  <message>
+   <source>Light list</source>
+   <translation>Lichtliste</translation>
   </message>
   <message>
    <source>Framing</source>
@@ -578,6 +386,10 @@
   <message>
    <source>Known length</source>
    <translation>Bekannte Länge</translation>
+  </message>
+  <message>
+   <source>Object mask</source>
+   <translation>Objektmaske</translation>
   </message>
   <message>
    <source>Gain of pairs</source>
@@ -852,6 +664,14 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
   <message>
    <source>The stack was opened without its photographs</source>
    <translation>Der Stapel wurde ohne seine Fotos geöffnet</translation>
+  </message>
+  <message>
+   <source>Dark frame</source>
+   <translation>Dunkelbild</translation>
+  </message>
+  <message>
+   <source>Flat field</source>
+   <translation>Weißbild</translation>
   </message>
   <message>
    <source> %1 photographs</source>
@@ -1379,6 +1199,10 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
   <message>
    <source>The light of pairs under polarisers that the material is made of</source>
    <translation>Das Licht der Paare unter Polfiltern, aus dem das Material besteht</translation>
+  </message>
+  <message>
+   <source>Automatic</source>
+   <translation>Automatisch</translation>
   </message>
   <message>
    <source>Diffuse</source>
@@ -2069,6 +1893,10 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
    <translation>Original</translation>
   </message>
   <message>
+   <source>As it is</source>
+   <translation>Original</translation>
+  </message>
+  <message>
    <source>As in the photographs</source>
    <translation>Wie in den Fotos</translation>
   </message>
@@ -2574,6 +2402,10 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
   <message>
    <source>Logarithmic length: shows dim parts and narrow highlights together (L)</source>
    <translation>Logarithmische Länge: zeigt dunkle Anteile und schmale Glanzlichter zusammen (L)</translation>
+  </message>
+  <message>
+   <source>Linear</source>
+   <translation>Linear</translation>
   </message>
   <message>
    <source>Length in proportion to the value (L)</source>
@@ -3638,6 +3470,10 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
    <translation>8 Reflexionen</translation>
   </message>
   <message>
+   <source>Off</source>
+   <translation>Aus</translation>
+  </message>
+  <message>
    <source>Only the mode above</source>
    <translation>Nur der Modus oben</translation>
   </message>
@@ -3944,6 +3780,10 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
   <message>
    <source>Remove this %1</source>
    <translation>Entfernen: %1</translation>
+  </message>
+  <message>
+   <source>None</source>
+   <translation>Ohne</translation>
   </message>
   <message>
    <source>There are no %1s yet</source>
@@ -5205,6 +5045,166 @@ Doppelklick: Elevation / Azimut in Grad eingeben (0 = rechts, 90 = oben)</transl
  </context>
  <context>
   <name>widgets</name>
+  <message>
+   <source>Alignment</source>
+   <translation>Ausrichten</translation>
+  </message>
+  <message>
+   <source>Shift</source>
+   <translation>Verschiebung</translation>
+  </message>
+  <message>
+   <source>Shift and turn</source>
+   <translation>Verschiebung, Drehung</translation>
+  </message>
+  <message>
+   <source>Affine</source>
+   <translation>Affin</translation>
+  </message>
+  <message>
+   <source>Perspective</source>
+   <translation>Perspektivisch</translation>
+  </message>
+  <message>
+   <source>Allowed motion between photographs</source>
+   <translation>Erlaubte Bewegung zwischen den Fotos</translation>
+  </message>
+  <message>
+   <source>White bal.</source>
+   <translation>Weißabgl.</translation>
+  </message>
+  <message>
+   <source>As shot</source>
+   <translation>Wie aufgenommen</translation>
+  </message>
+  <message>
+   <source>Grey patch…</source>
+   <translation>Graufeld…</translation>
+  </message>
+  <message>
+   <source>White balance of RAW files; a grey patch balances all files</source>
+   <translation>Weißabgleich von RAW-Dateien; ein Graufeld gleicht alle Dateien ab</translation>
+  </message>
+  <message>
+   <source>Encoding</source>
+   <translation>Kodierung</translation>
+  </message>
+  <message>
+   <source>Transfer function of 8- and 16-bit files; automatic: that of their colour profile, without one sRGB unless capture.toml says linear</source>
+   <translation>Tonwertkurve von Dateien mit 8 und 16 Bit; automatisch: die ihres Farbprofils, ohne Profil sRGB, sofern capture.toml nicht „linear“ angibt</translation>
+  </message>
+  <message>
+   <source>Maps in</source>
+   <translation>Karten in</translation>
+  </message>
+  <message>
+   <source>Rec.709</source>
+   <translation>Rec.709</translation>
+  </message>
+  <message>
+   <source>Rec.2020 if needed</source>
+   <translation>Rec.2020 bei Bedarf</translation>
+  </message>
+  <message>
+   <source>Rec.2020</source>
+   <translation>Rec.2020</translation>
+  </message>
+  <message>
+   <source>ACEScg</source>
+   <translation>ACEScg</translation>
+  </message>
+  <message>
+   <source>Colour space in which maps of the surface are made: colours beyond it do not fit between 0 and 1. Images are shown in that of the screen</source>
+   <translation>Farbraum der Oberflächenkarten: Farben außerhalb passen nicht zwischen 0 und 1. Bilder werden im Farbraum des Bildschirms gezeigt</translation>
+  </message>
+  <message>
+   <source>Lens</source>
+   <translation>Objektiv</translation>
+  </message>
+  <message>
+   <source>A .lens file that an import has written, by which the distortion of the lens is taken off</source>
+   <translation>Eine beim Import geschriebene .lens-Datei, mit der die Verzeichnung des Objektivs herausgerechnet wird</translation>
+  </message>
+  <message>
+   <source>What of the photographs is the object; the background counts in no map and no figure</source>
+   <translation>Welcher Teil der Fotos das Objekt ist; der Hintergrund zählt in keiner Karte und keinem Messwert</translation>
+  </message>
+  <message>
+   <source>A photograph without light, which is subtracted</source>
+   <translation>Ein Foto ohne Licht, das abgezogen wird</translation>
+  </message>
+  <message>
+   <source>A photograph of an even white surface, which is divided out</source>
+   <translation>Ein Foto einer gleichmäßig weißen Fläche, durch das geteilt wird</translation>
+  </message>
+  <message>
+   <source>Colour chart</source>
+   <translation>Farbtafel</translation>
+  </message>
+  <message>
+   <source>A classic chart of 24 patches, by which colours are corrected: in a photograph of the capture, in a file of its own under the same lamps, or a .chart file that was saved</source>
+   <translation>Eine klassische Tafel mit 24 Feldern, nach der Farben korrigiert werden: in einem Foto der Aufnahme, in einer eigenen Datei unter denselben Lampen oder als gespeicherte .chart-Datei</translation>
+  </message>
+  <message>
+   <source>Alpha channel</source>
+   <translation>Alphakanal</translation>
+  </message>
+  <message>
+   <source>As found</source>
+   <translation>Wie gefunden</translation>
+  </message>
+  <message>
+   <source>In a photograph</source>
+   <translation>In einem Foto</translation>
+  </message>
+  <message>
+   <source>Intensity</source>
+   <translation>Intensität</translation>
+  </message>
+  <message>
+   <source>Lamps as they are</source>
+   <translation>Lampen unverändert</translation>
+  </message>
+  <message>
+   <source>Equal, by the object</source>
+   <translation>Gleich, nach Objekt</translation>
+  </message>
+  <message>
+   <source>Equal, by grey patch</source>
+   <translation>Gleich, nach Graufeld</translation>
+  </message>
+  <message>
+   <source>Lamps of a dome differ in intensity, which is divided out: by the smooth change of the object over the lamps, or by a white or grey patch, the one of the white balance</source>
+   <translation>Die Lampen einer Kuppel sind verschieden hell; das wird herausgerechnet: nach der stetigen Änderung des Objekts über die Lampen oder nach einem weißen oder grauen Feld, dem des Weißabgleichs</translation>
+  </message>
+  <message>
+   <source>Left and right exchanged</source>
+   <translation>Links und rechts vertauscht</translation>
+  </message>
+  <message>
+   <source>Top and bottom exchanged</source>
+   <translation>Oben und unten vertauscht</translation>
+  </message>
+  <message>
+   <source>x and y exchanged</source>
+   <translation>x und y vertauscht</translation>
+  </message>
+  <message>
+   <source>Turned by 180°</source>
+   <translation>Um 180° gedreht</translation>
+  </message>
+  <message>
+   <source>In reverse order</source>
+   <translation>In umgekehrter Reihenfolge</translation>
+  </message>
+  <message>
+   <source>Moved on by one</source>
+   <translation>Um eins weitergerückt</translation>
+  </message>
+  <message>
+   <source>Moved back by one</source>
+   <translation>Um eins zurückgerückt</translation>
+  </message>
   <message>
    <source>angles θh, θd</source>
    <translation>Winkel θh, θd</translation>
@@ -8312,6 +8312,10 @@ Elevation %2°, Azimut %3°</translation>
   <message>
    <source>A preview from thumbnails: move the mouse over the dome to light it</source>
    <translation>Eine Vorschau aus Miniaturen: Die Maus über der Kuppel beleuchtet sie</translation>
+  </message>
+  <message>
+   <source>A preview appears as soon as lamps of photographs are known</source>
+   <translation>Eine Vorschau erscheint, sobald Lampen von Fotos bekannt sind</translation>
   </message>
   <message>
    <source>Watch</source>
