@@ -102,7 +102,7 @@ _OTHERS: dict[str, tuple[str, Mapping[str, str]]] = {
     "scale": ("Scale", {"exif": "Estimate by the camera", "exif=MM": "Estimate by distance"}),
 }
 
-_OPTION = re.compile(r"--([a-z]{2}[a-z-]{1,30})(?: ([A-Za-z0-9+=-]{1,30}(?:,[A-Z]{1,30}){0,3}))?")
+_OPTION = re.compile(r"--([a-z]{2}[a-z-]{1,30}+)(?: ([A-Za-z0-9+=,-]{1,40}+))?")
 
 
 def name_controls(text: str) -> str:
@@ -111,14 +111,15 @@ def name_controls(text: str) -> str:
 
 
 def _name_control(found: re.Match[str]) -> str:
-    option, value = found[1], found[2] or ""
+    option, word = found[1], found[2] or ""
+    value = word.rstrip(",")
     if option not in _controls():
         return found[0]
     label, values = _controls()[option]
     is_known = value in values or value.upper() == value  # COLUMN,ROW stands for a value
     chosen = values.get(value) or values.get("")
     control = f"“{translate(label)}: {translate(chosen)}”" if chosen else f"“{translate(label)}”"
-    return control if is_known else f"{control} {value}"
+    return control + word[len(value) :] if is_known else f"{control} {word}"
 
 
 @cache
