@@ -29,7 +29,7 @@ import engine
 from app.batch.captures import Capture, find_captures
 from app.batch.cluster import on_cluster
 from app.batch.processes import LOGS, TIDYING_S, CarryOut, MakingProcess, Order
-from app.batch.record import Record, Row, open_record, read_folder
+from app.batch.record import Record, Row, open_record, read_folder, read_rows
 from app.batch.report import write_report
 from app.batch.template import keep_template, state_of, template_of
 from app.document.document import Project
@@ -96,15 +96,15 @@ def go_on(output: Path, sources: Sequence[str], settings: Settings) -> Steps[lis
 
     Where `settings` leave the template or the targets open, they are those of the last run there. The choices of a
     template are copied. The rows are those of these captures. Raises what `find_captures`, `open_record` and
-    `make_batch` raise, and UsageError without a capture.
+    `make_batch` raise, and UsageError without a capture; nothing is then written.
     """
     yield Step(0.0, "looking for captures")
-    output = make_folder(in_full(output))
-    with open_record(output) as record:
-        known = [row.capture for row in record.rows()]
-        captures = find_captures(sources, known) if sources else known
-        if not captures:
-            raise UsageError("there is no capture: name folders of photographs, or a table of them")
+    output = in_full(output)
+    known = [row.capture for row in read_rows(output)]
+    captures = find_captures(sources, known) if sources else known
+    if not captures:
+        raise UsageError("there is no capture: name folders of photographs, or a table of them")
+    with open_record(make_folder(output)) as record:
         if settings.template is not None:
             keep_template(settings.template, output)
         targets = settings.targets if settings.targets is not None else record.choices().get("targets")

@@ -89,7 +89,7 @@ seconds, options, metadata, folder, files and log; stopped is true where the run
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from app.batch.record import open_record
+    from app.batch.record import read_rows
     from app.batch.report import describe, summarise
     from app.batch.run import go_on
 
@@ -99,9 +99,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         with closing(go_on(arguments.output, arguments.sources, settings)) as steps:
             rows = drain(steps, show)
     except KeyboardInterrupt:
-        stopped = True
-        with open_record(arguments.output) as record:
-            rows = record.rows()
+        stopped, rows = True, read_rows(arguments.output)
     summary = summarise(rows)
     code = CANCELLED if stopped else DONE if not summary["failed"] else SOME_FAILED if summary["done"] else ALL_FAILED
     return {

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.arguments.usage import ALL_FAILED, SOME_FAILED, WRONG_USAGE
+from app.arguments.usage import ALL_FAILED, BAD_FILE, SOME_FAILED, WRONG_USAGE
 from app.batch.making import make_of_request
 from app.batch.record import read_folder
 from app.document.document import Project
@@ -109,3 +109,6 @@ def test_exit_codes_tell_how_many_failed(lightarc: Command, tmp_path: Path, monk
     (tmp_path / "list.csv").write_text("path,name\nnowhere,refuse\n")
     assert run(lightarc, tmp_path / "list.csv", "-o", tmp_path / "a")[0] == ALL_FAILED
     assert lightarc("batch", "-o", tmp_path / "b").code == WRONG_USAGE
+    refused = lightarc("batch", tmp_path / "list.csv", tmp_path / "gone", "-o", tmp_path / "b")
+    assert refused.code == BAD_FILE
+    assert not (tmp_path / "b").exists(), "what is refused leaves nothing"
