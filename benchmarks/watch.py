@@ -82,8 +82,12 @@ def watch(folder: Path, *, photographs: int | None = None) -> Steps[list[Accurac
         discard(place)
     for at, count in enumerate(counts):
         yield Step(at / len(counts), f"{count} photographs of {MEGAPIXELS:g} megapixels")
+        place, shown = _take(folder / f"{count}", count, 0.0), 0.0
         for name, (settings, room) in KINDS.items():
-            place, target = _take(folder / f"{count}", count, room), folder / f"stack-{name}"
+            if room != shown:
+                discard(place)
+                place, shown = _take(folder / f"{count}", count, room), room
+            target = folder / f"stack-{name}"
             verdict_s, stack_s = _wait_for(place, count, settings, target)
             found["verdict"].append(verdict_s)
             found[f"{name}-stack"].append(stack_s)
@@ -94,7 +98,7 @@ def watch(folder: Path, *, photographs: int | None = None) -> Steps[list[Accurac
                 drain(import_stack(find([place]), settings, folder / "again"))
                 found["again"].append(time.perf_counter() - begun_s)
                 discard(folder / "again")
-            discard(place)
+        discard(place)
     results = []
     for name, (said, limit_s) in _SAID.items():
         text = f"seconds until {said} of {largest} photographs of {MEGAPIXELS:g} megapixels"
