@@ -22,7 +22,7 @@ from app.watch.kernels import load_kernels_beside
 from app.watch.project import choose_path_ahead
 from app.widgets import theme
 from app.widgets.image_view import paint_whole, rgb_image
-from app.widgets.language import translate
+from app.widgets.import_controls import name_controls
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Rows, button, enable, line, text, with_buttons
 from app.widgets.theme import PADDING, STEP
@@ -327,7 +327,7 @@ class WatchDialog(QDialog):
         doubtful = [one for one in shown if one.verdict >= Verdict.WARNING]
         chosen = chosen or (doubtful[-1] if doubtful else None)
         findings = self.capture.findings if chosen is None else chosen.findings
-        said = [translate(escape_controls(each.text)) for each in findings]
+        said = [name_controls(escape_controls(each.text)) for each in findings]
         name = [] if chosen is None or not said else [escape_controls(file_name(chosen.path))]
         self.findings.setText("\n".join([*name, *said]))
 

@@ -102,7 +102,8 @@ _OTHERS: dict[str, tuple[str, Mapping[str, str]]] = {
     "scale": ("Scale", {"exif": "Estimate by the camera", "exif=MM": "Estimate by distance"}),
 }
 
-_OPTION = re.compile(r"--([a-z]{2}[a-z-]{1,30}+)(?: ([A-Za-z0-9+=,-]{1,40}+))?")
+#: An option that stands by itself, and not in the name of a file.
+_OPTION = re.compile(r"(?<![^\s(])--([a-z]{2}[a-z-]{1,30}+)(?![\w/])(?: ([A-Za-z0-9+=,-]{1,40}+))?")
 
 
 def name_controls(text: str) -> str:

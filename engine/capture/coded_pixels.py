@@ -190,8 +190,7 @@ def count_rows(
     `step` is that of the tally. Where a code tells the light by itself, no radiance is written: 2 ns a pixel, with
     `room` light 3.
     """
-    gain = np.float32(1.0 if room is None else decoding.gain)
-    tables = _tabulate(decoding if room is None else replace(decoding, gain=1.0))
+    gain, tables = np.float32(decoding.gain), _tabulate(replace(decoding, gain=1.0))
     if tables is None:
         tally = Tally(step)
         tally.add(*radiance_of(codes, first, size, decoding, window, room), first)
@@ -204,8 +203,8 @@ def count_rows(
     some = codes[thinned]
     grid = np.stack([tables[each, some[..., min(each, some.shape[2] - 1)]] for each in range(3)], axis=-1)
     if room is not None:
-        grid = np.maximum(grid - room[thinned], np.float32(0.0)) * gain
-    return sums, counts, grid
+        grid = np.maximum(grid - room[thinned], np.float32(0.0))
+    return sums, counts, grid * gain
 
 
 def count_by_codes(counts: CodeCounts, decoding: Decoding) -> Tally | None:
@@ -388,7 +387,7 @@ def _count_plain(
     sums: np.ndarray,
     counts: np.ndarray,
 ) -> None:
-    """Count what `tables` (3, E) have, less `room` light and times `gain` where there is such, as `Tally.add` does.
+    """Count what `tables` (3, E) have, less `room` light where there is such, times `gain`, as `Tally.add` does.
     Bound by the lookups and the sums, in order."""
     second, third = min(1, codes.shape[2] - 1), codes.shape[2] - 1
     for row in range(codes.shape[0]):
@@ -398,9 +397,10 @@ def _count_plain(
             red, green, blue = codes[row, column, 0], codes[row, column, second], codes[row, column, third]
             r, g, b = tables[0, red], tables[1, green], tables[2, blue]
             if len(room) > 0:
-                r = max(r - room[row, column, 0], np.float32(0.0)) * gain
-                g = max(g - room[row, column, 1], np.float32(0.0)) * gain
-                b = max(b - room[row, column, 2], np.float32(0.0)) * gain
+                r = max(r - room[row, column, 0], np.float32(0.0))
+                g = max(g - room[row, column, 1], np.float32(0.0))
+                b = max(b - room[row, column, 2], np.float32(0.0))
+            r, g, b = r * gain, g * gain, b * gain
             in_red += r
             in_green += g
             in_blue += b

@@ -920,7 +920,7 @@ def _complete_codes(
     output = _direct_output(plan, read, place, files)
     room = None if correction is None else correction.room
     if room is not None:
-        read.room_crc32 = output.write_room(room)
+        read.room_crc32 = output.write_room(place, room)
     read.decodings = [each.add_correction(correction, index) for index, each in enumerate(read.decodings)]
     for index, (light, decoding) in enumerate(zip(read.waiting, read.decodings, strict=True)):
         if not read.stored:

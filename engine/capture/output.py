@@ -111,7 +111,6 @@ class Output:
         size_bytes = sum(math.prod(full) * np.dtype(kind).itemsize for full, kind in kinds.values())
         require_space(place, max(0, size_bytes - given_back) + RECORD_BYTES)
         self.written: list[Written] = []
-        self._place = place
         self._separation = separation
         self._count = count
         self._headers = {name: npy_header(*kind) for name, kind in kinds.items()}
@@ -244,11 +243,12 @@ class Output:
         region = self.view.region
         return count, *self.window.find_shape(region.height, region.width, form.margin), form.channels
 
-    def write_room(self, room: Room) -> int:
-        """Write the room light (H, W, 3) of whole photographs as the region shows it; its checksum."""
+    def write_room(self, place: Path, room: Room) -> int:
+        """Write the room light (H, W, 3) of whole photographs as the region shows it into the folder `place`; its
+        CRC-32. Raises OutputError where the folder cannot be written."""
         region, crc32 = self.view.region, 0
-        require_space(self._place, 12 * region.height * region.width + RECORD_BYTES)
-        with atomic_file(self._place / ROOM) as file:
+        require_space(place, 12 * region.height * region.width + RECORD_BYTES)
+        with atomic_file(place / ROOM) as file:
             file.write(npy_header((1, region.height, region.width, 3), np.float32))
             for first, last in self._bands_of_rows():
                 band = np.ascontiguousarray(self._cut_room(room, first, last))

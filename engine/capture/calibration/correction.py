@@ -10,7 +10,7 @@ Cost: for 24 megapixels 0.3 s a photograph; with room light each is read once mo
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass
 
 import cv2
@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from engine.capture.calibration.rig import Array, Kind, Rig, Sample, fit
 from engine.capture.photograph.calibrate import near_lamp_gain
-from engine.core.budget import thread_count
 from engine.core.kernels import serial_kernels
 from engine.core.one_thread import one_thread
+from engine.core.side_by_side import side_by_side
 from engine.core.steps import Step, Steps
 from engine.storage.scratch import release, scratch_array
 
@@ -142,8 +142,8 @@ def room_light(
             room[slice(*rows)] += take(*rows) / count
 
     if matrix is None:
-        with ThreadPoolExecutor(thread_count(), thread_name_prefix="averaging") as threads:
-            for done, _ in enumerate(threads.map(add_all, bands)):
+        with closing(side_by_side(add_all, bands)) as added:
+            for done, _ in enumerate(added):
                 yield Step(done / len(bands), "Separating the room light")
                 release(room)
     else:

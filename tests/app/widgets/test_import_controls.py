@@ -37,6 +37,7 @@ def german() -> Iterator[None]:
         ("one for all with --white-balance", "one for all with “White bal.”"),
         ("Write it again with --write-lens", "Write it again with --write-lens"),
         ("rows -- and --", "rows -- and --"),
+        ("/photographs/a--dark/--flat/--mask_2.png is damaged", "/photographs/a--dark/--flat/--mask_2.png is damaged"),
     ],
 )  # fmt: skip
 def test_controls_stand_in_place_of_options(text: str, expected: str) -> None:
